@@ -287,9 +287,10 @@ void add_arguments(CLI::App& command, MeasureArguments& arguments) {
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command
-      .add_option("--angle-at", arguments.angle_at,
-                  "Height at which to measure the angles of both walls; repeat for several (default: "
-                  "[metrology] of the recipe)")
+      .add_option(
+          "--angle-at", arguments.angle_at,
+          "Height at which to measure the angles of both walls; repeat for several (default: "
+          "[metrology] of the recipe)")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
 }
@@ -566,8 +567,8 @@ std::variant<CommandLine, ExitCode> read_command_line(int argc, char** argv) {
       app, "report", "Write a run or a comparison as one page: 3D view, sections, numbers", line);
   add_command<RenderArguments>(app, "render", "Draw a run or a state in 3D, cut open (.png)", line);
   add_command<VolumeArguments>(
-      app, "volume", "Write each material of a run or a state as a closed surface, for other tools",
-      line);
+      app, "volume",
+      "Write each material of a run or a state as a closed surface, or all in one mesh", line);
   add_command<ModelsArguments>(
       app, "models", "List the process models with their parameters, units and sources", line);
   try {

@@ -85,9 +85,11 @@ std::optional<ReadTets> filled_by_gmsh(const RegionMesh& mesh, const fs::path& f
   write_msh(folder / "wafer.msh", named_mesh(mesh));
   const fs::path printed = folder / "gmsh.txt";
   const fs::path filled = folder / "filled.msh";
-  const auto exit_code = run_program(
-      {"gmsh", "-3", "-format", "msh41", "-o", filled.string(), (folder / "wafer.msh").string()},
-      printed);
+  // Nodes keep their numbers.
+  const auto exit_code =
+      run_program({"gmsh", "-3", "-setnumber", "Mesh.Renumber", "0", "-format", "msh41", "-o",
+                   filled.string(), (folder / "wafer.msh").string()},
+                  printed);
   if (!exit_code) return std::nullopt;
   if (*exit_code != 0 || !fs::exists(filled)) fail("gmsh", *exit_code, printed);
   return read_gmsh_tets(filled);
