@@ -42,7 +42,8 @@ struct Sides {
 /// a section through the axis, and runs go on half of it, from the axis on.
 ///
 /// What depends on the kind of domain (in space, a slice, around an axis) is asked by the questions
-/// below: only what reads and writes recipes and checkpoints knows two_dimensional.
+/// below: only what reads and writes recipes and checkpoints knows two_dimensional
+/// and axisymmetric.
 ///
 /// Units: nm.
 struct Frame {
@@ -65,7 +66,9 @@ struct Frame {
   /// Whether facets go across one cell of y, and have no depth to be seen.
   bool is_section() const { return lateral_axes() == 1; }
   /// A section of what goes on endlessly along y: volumes are those of a slice one spacing thick.
-  bool is_slice() const { return is_section() && !axisymmetric; }
+  bool is_slice() const { return is_section() && !is_around_axis(); }
+  /// A section through the axis of what is the same all around it.
+  bool is_around_axis() const { return axisymmetric; }
   /// Whether x = y could be a plane of symmetry.
   bool is_square() const { return lateral_axes() == 2 && cells[0] == cells[1]; }
 
@@ -97,7 +100,7 @@ struct Frame {
   /// How many times as large what lies at x is as it is here: what goes around the axis is as long
   /// as a half circle, and another one belongs to its mirror image.
   double around(double x) const {
-    return axisymmetric ? std::numbers::pi * std::abs(x) / spacing : 1;
+    return is_around_axis() ? std::numbers::pi * std::abs(x) / spacing : 1;
   }
 
   /// Of a section through the axis, the frame of the wafer around it, which is as wide either way.

@@ -1,8 +1,6 @@
 #include "core/log.h"
 
-#include <spdlog/logger.h>
-#include <spdlog/sinks/ostream_sink.h>
-
+#include <mutex>
 #include <string>
 
 #include "core/printable.h"
@@ -10,24 +8,27 @@
 namespace scarp {
 
 struct Log::Sink {
-  spdlog::logger logger;
+  std::ostream& out;
+  Level level;
+  std::mutex mutex{};
+
+  // At once, so that a run that is killed has said what it did.
+  void write(const std::string& line) {
+    const std::lock_guard lock(mutex);
+    out << line << '\n' << std::flush;
+  }
 };
 
 Log::Log() = default;
 
-Log::Log(std::ostream& out, Level level)
-    : sink_(std::make_shared<Sink>(Sink{spdlog::logger(
-          "scarp", std::make_shared<spdlog::sinks::ostream_sink_mt>(out, /*force_flush=*/true))})) {
-  sink_->logger.set_pattern("%v");
-  sink_->logger.set_level(level == Level::warnings ? spdlog::level::warn : spdlog::level::info);
-}
+Log::Log(std::ostream& out, Level level) : sink_(new Sink{.out = out, .level = level}) {}
 
 void Log::info(std::string_view line) const {
-  if (sink_) sink_->logger.info(printable(line));
+  if (sink_ && sink_->level == Level::everything) sink_->write(printable(line));
 }
 
 void Log::warn(std::string_view line) const {
-  if (sink_) sink_->logger.warn(printable(std::string("warning: ").append(line)));
+  if (sink_) sink_->write(printable(std::string("warning: ").append(line)));
 }
 
 }  // namespace scarp

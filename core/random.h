@@ -22,11 +22,8 @@ class RandomStream {
 
   explicit RandomStream(Key key);
 
-  /// A number in [0, 1), a multiple of 2^-24.
-  float uniform() { return static_cast<float>(bits() >> 8) * 0x1.0p-24F; }
-
   /// A number in [0, 1), a multiple of 2^-32.
-  double uniform_double() { return bits() * 0x1.0p-32; }
+  double uniform() { return bits() * 0x1.0p-32; }
 
   std::uint32_t bits();
 

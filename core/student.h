@@ -11,7 +11,7 @@ double student_probability(double t, int degrees_of_freedom);
 /// The chance to be more than three standard errors off that are known exactly: 0.27 %.
 double three_standard_errors_chance();
 
-/// How many standard errors leave a chance to be further off. Infinity without degrees of freedom.
+/// How many standard errors leave a chance of a larger error. Infinity without degrees of freedom.
 double standard_errors(double chance, int degrees_of_freedom);
 
 /// How many standard errors leave the chance that three would if they were known exactly (0.27 %):

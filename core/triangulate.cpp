@@ -50,6 +50,19 @@ std::optional<Hit> first_to_the_right(std::span<const Point> points, const Verte
   return nearest;
 }
 
+/// Whether the way from a corner of a loop to a point begins inside. Where holes were joined before
+/// a loop comes to one place several times: only one of its corners there is open to the point.
+bool is_open_to(std::span<const Point> points, const VertexLoop& loop, std::size_t n,
+                const Point& point) {
+  const Point& before = points[loop[n == 0 ? loop.size() - 1 : n - 1]];
+  const Point& corner = points[loop[n]];
+  const Point& after = points[loop[(n + 1) % loop.size()]];
+  const bool left_of_first = turn(before, corner, point) > 0;
+  const bool left_of_second = turn(corner, after, point) > 0;
+  return turn(before, corner, after) > 0 ? left_of_first && left_of_second
+                                         : left_of_first || left_of_second;
+}
+
 /// The place in a loop of a vertex that can be seen from a point whose line to the right meets an
 /// edge: its end further right, or what hides that.
 std::size_t seen_vertex(std::span<const Point> points, const VertexLoop& loop, const Point& from,
@@ -64,7 +77,7 @@ std::size_t seen_vertex(std::span<const Point> points, const VertexLoop& loop, c
     const Point& p = points[loop[n]];
     if (p[0] < from[0] || p == from) continue;
     const bool is_hiding = is_above ? holds(from, on_edge, end, p) : holds(from, end, on_edge, p);
-    if (!is_hiding) continue;
+    if (!is_hiding || !is_open_to(points, loop, n, from)) continue;
     const double slope = std::abs(p[1] - from[1]) / std::max(p[0] - from[0], 1e-300);
     const bool is_nearer = slope == best_slope && p[0] < points[loop[best]][0];
     if (slope < best_slope || is_nearer) {

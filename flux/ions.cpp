@@ -33,11 +33,11 @@ double narrow_cone_angle(double u) {
 // for sin(phi): more than three of five draws are taken.
 SineCosine sample_cone(double cone, RandomStream& random) {
   for (;;) {
-    const double phi = cone * narrow_cone_angle(random.uniform_double());
+    const double phi = cone * narrow_cone_angle(random.uniform());
     // By halves, which are in the range of the series.
     const auto [s, c] = portable_sine_cosine(phi / 2);
     const SineCosine whole{2 * s * c, 1 - 2 * s * s};
-    if (random.uniform_double() * phi <= whole.sine) return whole;
+    if (random.uniform() * phi <= whole.sine) return whole;
   }
 }
 
@@ -156,7 +156,7 @@ Vec3d sample_reflection(Vec3d d, Vec3d n, double cone, RandomStream& random) {
   Vec3d u = specular;
   if (cone > 0) {
     const auto [sine, cosine] = sample_cone(cone, random);
-    const auto [y, x] = sample_azimuth(random.uniform_double());
+    const auto [y, x] = sample_azimuth(random.uniform());
     u = about_axis(sine * x, sine * y, cosine, specular);
   }
   // What would go into the solid leaves as in a mirror.
@@ -168,7 +168,7 @@ Vec3d sample_reflection(Vec3d d, Vec3d n, double cone, RandomStream& random) {
 double sample_kept_energy(double mean, double deviation, RandomStream& random) {
   if (!(deviation > 0)) return mean;
   for (;;) {
-    const double part = mean + deviation * standard_normal(random.uniform_double());
+    const double part = mean + deviation * standard_normal(random.uniform());
     if (part >= 0 && part <= 1) return part;
   }
 }

@@ -1,23 +1,12 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <utility>
 #include <vector>
 
 #include "core/frame.h"
-#include "flux/species.h"
 
 namespace scarp {
-
-class KeptHits;
-
-/// Nothing is known in it yet; see FluxOptions::hits.
-std::shared_ptr<KeptHits> keep_hits();
-
-/// Whether what gathered rays met can serve a species again: one of neutrals that comes from all
-/// directions and places alike, or from the surface alone.
-bool can_keep_hits(const Species& species);
 
 /// The most rays of a species: fixed-point sums hold as many.
 inline constexpr std::uint64_t most_rays = std::uint64_t{1} << 32;
@@ -40,8 +29,8 @@ struct FluxOptions {
   /// the upper end of the sides, the same all along y; what arrives is that of the whole surface
   /// (see Revolution).
   bool axisymmetric = false;
-  /// Per facet: its ring, if the mesh is a surface of revolution about the z axis. What arrives is
-  /// told of whole rings.
+  /// Per facet: its ring, if the mesh is a surface of revolution about the z axis. Arrivals are
+  /// those of whole rings.
   std::vector<std::uint32_t> rings{};
   double spacing = 0;          ///< of the grid; 0: as guessed_spacing()
   double target_error = 0.01;  ///< root mean square over the exposed surface, by area, of the
@@ -67,9 +56,6 @@ struct FluxOptions {
   std::uint64_t memory_limit = std::uint64_t{1} << 30;  ///< in bytes, for the hits of gathered rays
   std::uint64_t seed = 1;
   std::uint32_t time_step = 0;  ///< part of the random number's key
-  /// For solutions on the same mesh, with the same seed and time step, whose species or materials
-  /// may differ: rays that were gathered before are not sent again. Changes no bit.
-  std::shared_ptr<KeptHits> hits{};
 
   // What depends on the kind of domain.
 

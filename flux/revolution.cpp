@@ -350,7 +350,7 @@ SurfaceEmission revolved(const Revolution& revolution, const SurfaceEmission& em
 
 std::vector<FluxField> solve_revolved(const TriMesh& section, std::span<const Species> species,
                                       const FluxOptions& options, const StickingFeedback& feedback,
-                                      const SurfaceEmission& emission) {
+                                      const SurfaceEmission& emission, KeptHits* hits) {
   const Revolution revolution(section, options.sides);
   std::vector<Species> around(species.begin(), species.end());
   for (Species& each : around) {
@@ -362,7 +362,7 @@ std::vector<FluxField> solve_revolved(const TriMesh& section, std::span<const Sp
     of_species = revolved(revolution, of_species);
   std::vector<FluxField> fields =
       solve_flux(revolution.mesh(), around, of_quarter, revolved(revolution, feedback),
-                 revolved(revolution, emission));
+                 revolved(revolution, emission), hits);
   for (FluxField& field : fields) {
     for (Tally& tally : field.tallies) {
       tally.mean = revolution.on_section(tally.mean);

@@ -49,6 +49,6 @@ class Revolution {
 /// Throws: InputError for sources that are not the same all around.
 std::vector<FluxField> solve_revolved(const TriMesh& section, std::span<const Species> species,
                                       const FluxOptions& options, const StickingFeedback& feedback,
-                                      const SurfaceEmission& emission);
+                                      const SurfaceEmission& emission, KeptHits* hits);
 
 }  // namespace scarp

@@ -10,7 +10,6 @@
 #include "flux/engines/forward.h"
 #include "flux/engines/gather.h"
 #include "flux/engines/gather_forward.h"
-#include "flux/engines/kept_hits.h"
 #include "flux/rays/patches.h"
 #include "flux/rays/ray_scene.h"
 #include "flux/revolution.h"
@@ -149,7 +148,7 @@ std::vector<float> sticking_of_facets(const TriMesh& mesh, const Species& specie
 void check_surface_emission(std::span<const Species> species, const SurfaceEmission& emission) {
   for (std::size_t index = 0; index < species.size(); ++index)
     check(!emission.tells(index) || species[index].emission.empty(),
-          "species " + species[index].name + ": its emission is told twice");
+          "species " + species[index].name + ": its emission is given twice");
 }
 
 bool is_mirror_image(Vec3d a, Vec3d b, const Sides& sides) {
@@ -229,23 +228,11 @@ bool is_traced_forward(const FluxProblem& problem) {
   return is_free && particles_are_fewer(problem);
 }
 
-}  // namespace
-
-std::shared_ptr<KeptHits> keep_hits() { return std::make_shared<KeptHits>(); }
-
-bool can_keep_hits(const Species& species) {
-  if (needs_particles(species)) return false;
-  const SourceLobe& source = species.source;
-  return source.kind == SourceLobe::Kind::none || (source.is_lambert() && source.map.empty());
-}
-
-namespace {
-
 // All species on one surface, each by the engine that suits it.
 class Solver {
  public:
   Solver(const TriMesh& facets, std::span<const Species> species, const FluxOptions& options,
-         const StickingFeedback& feedback, const SurfaceEmission& emission);
+         const StickingFeedback& feedback, const SurfaceEmission& emission, KeptHits* hits);
 
   std::vector<FluxField> solve();
 
@@ -279,6 +266,7 @@ class Solver {
   const FluxOptions& options_;
   const StickingFeedback& feedback_;
   const SurfaceEmission& emission_;
+  KeptHits* const hits_;
   RayScene scene_;
   Patches patches_;
   std::vector<std::vector<float>> sticking_;
@@ -286,12 +274,13 @@ class Solver {
 };
 
 Solver::Solver(const TriMesh& facets, std::span<const Species> species, const FluxOptions& options,
-               const StickingFeedback& feedback, const SurfaceEmission& emission)
+               const StickingFeedback& feedback, const SurfaceEmission& emission, KeptHits* hits)
     : mesh_(facets),
       species_(species.begin(), species.end()),
       options_(options),
       feedback_(feedback),
       emission_(emission),
+      hits_(hits),
       scene_(facets, options.sides,
              options.spacing > 0 ? options.spacing : guessed_spacing(facets)),
       patches_(facets, scene_, options.rings),
@@ -347,7 +336,7 @@ void Solver::gather_together(std::span<const std::size_t> indices, const Settle&
   std::vector<FluxProblem> problems;
   problems.reserve(indices.size());
   for (const std::size_t index : indices) problems.push_back(problem(index));
-  std::vector<FluxField> from_gather = gather(problems, settle);
+  std::vector<FluxField> from_gather = gather(problems, settle, hits_);
   for (std::size_t k = 0; k < indices.size(); ++k) {
     fields_[indices[k]] = std::move(from_gather[k]);
     fields_[indices[k]].engine = FluxEngine::gather;
@@ -361,8 +350,8 @@ bool Solver::fit_sticking() {
   return changed;
 }
 
-// What is re-emitted is a part 1 - s of F that changes with F itself. The species that the same
-// rays tell of are taken to err by the same part; errors of ions, which are those of single facets,
+// What is re-emitted is a part 1 - s of F that changes with F itself. Species that share
+// rays are taken to err by the same part; errors of ions, which are those of single facets,
 // are left out. Solvers want parts from 0 to 1, and below the differences' own errors none that is
 // exactly 1; where more is taken up than what comes more, by reactions of higher order, nothing is
 // passed on.
@@ -471,7 +460,7 @@ void Solver::solve_sources() {
 
 std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species> species,
                                   const FluxOptions& options, const StickingFeedback& feedback,
-                                  const SurfaceEmission& emission) {
+                                  const SurfaceEmission& emission, KeptHits* hits) {
   check_options(options);
   for (const Species& one : species) check_species(one, options);
   check(!facets.triangles.empty(), "flux: the mesh has no triangles");
@@ -480,8 +469,9 @@ std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species
   check_responses(facets, species, options);
   check_feedback(species, feedback);
   check_surface_emission(species, emission);
-  if (options.axisymmetric) return solve_revolved(facets, species, options, feedback, emission);
-  return Solver(facets, species, options, feedback, emission).solve();
+  if (options.axisymmetric)
+    return solve_revolved(facets, species, options, feedback, emission, hits);
+  return Solver(facets, species, options, feedback, emission, hits).solve();
 }
 
 }  // namespace scarp

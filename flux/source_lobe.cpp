@@ -37,13 +37,13 @@ Vec3d about_lobe_axis(const SourceLobe& lobe, Vec3d upright, RandomStream& rando
   Vec3d axis = lobe.direction;
   if (lobe.rotating) {
     const double tilt = std::sqrt(axis.x * axis.x + axis.y * axis.y);
-    const auto [sine, cosine] = sample_azimuth(random.uniform_double());
+    const auto [sine, cosine] = sample_azimuth(random.uniform());
     axis = {tilt * cosine, tilt * sine, axis.z};
   }
   constexpr double horizon = -1e-6;
   while ((u = about_axis(u.x, u.y, -u.z, axis)).z > horizon) {
-    const double xi1 = random.uniform_double();
-    u = sample_upright(lobe, {xi1, random.uniform_double()});
+    const double xi1 = random.uniform();
+    u = sample_upright(lobe, {xi1, random.uniform()});
   }
   return normalized(u);
 }

@@ -23,7 +23,7 @@ struct Species {
   /// What leaves the surface besides what is re-emitted, by the cosine law: desorbed or sputtered
   /// atoms. Of neutrals, one per facet of the mesh, in particles per area relative to the flux of
   /// the source; nothing if it is empty. Taken as exact: an error of its own is not in that of the
-  /// flux. A closed void has to take up what it emits. What follows from other species is told to
+  /// flux. A closed void has to take up what it emits. What follows from other species is given to
   /// solve_flux, see SurfaceEmission.
   std::vector<float> emission{};
 };

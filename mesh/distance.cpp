@@ -91,15 +91,6 @@ std::vector<double> distances(std::span<const Vec3d> places, const TriangleTree&
   return result;
 }
 
-std::vector<double> vertex_distances(const TriMesh& a, const TriMesh& b) {
-  check(a);
-  check(b);
-  std::vector<Vec3d> places;
-  places.reserve(a.vertices.size());
-  for (const Vec3f& r : a.vertices) places.emplace_back(r);
-  return distances(places, TriangleTree(b));
-}
-
 std::vector<Vec3d> surface_vertices(const TriMesh& mesh) {
   std::vector<bool> used(mesh.vertices.size(), false);
   for (const Triangle& t : mesh.triangles) {

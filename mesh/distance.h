@@ -31,12 +31,6 @@ struct SurfaceDistance {
 /// Shape: one value per place. Cost: about 1 us per place, on all threads.
 std::vector<double> distances(std::span<const Vec3d> places, const TriangleTree& to);
 
-/// Distance of each vertex of a mesh to the surface of another one.
-///
-/// Shape:  one value per vertex of a.
-/// Throws: InputError if a mesh has no triangles.
-std::vector<double> vertex_distances(const TriMesh& a, const TriMesh& b);
-
 /// The vertices of a mesh that a triangle uses, in their order.
 std::vector<Vec3d> surface_vertices(const TriMesh& mesh);
 

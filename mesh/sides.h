@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "core/frame.h"
+#include "core/tri_mesh.h"
 #include "core/vec3.h"
 
 namespace scarp {
@@ -34,6 +35,17 @@ constexpr Vec3d along_sides(SideMask mask, Vec3d v) {
     if (fixes(mask, axis)) v[axis] = 0;
   if (fixes_diagonal(mask)) v.x = v.y = 0.5 * (v.x + v.y);
   return v;
+}
+
+/// The sides of a mesh that has no domain: those of its bounding box in x and y.
+inline Sides sides_of(const TriMesh& mesh) {
+  const Box box = bounding_box(mesh);
+  Sides sides;
+  for (int axis = 0; axis < 2; ++axis) {
+    sides.lower[axis] = box.lower[axis];
+    sides.upper[axis] = box.upper[axis];
+  }
+  return sides;
 }
 
 /// Tells which vertices lie on the sides of the domain, and which between them. Sides without a

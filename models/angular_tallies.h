@@ -17,7 +17,7 @@ struct PeakedYield {
   std::size_t tally = 0;  ///< where it is counted
 };
 
-/// The tallies of species by how they turn with the normal of the surface.
+/// The tallies of species by how they depend on the normal of the surface.
 struct AngularTallies {
   std::vector<Lobe> lobes;
   std::vector<PeakedYield> peaked;

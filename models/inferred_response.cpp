@@ -21,7 +21,7 @@ std::vector<std::size_t> of_no_peaked_yield(const Lobe& lobe) {
   return others;
 }
 
-// What speeds owe to each peaked yield, and to the rest of each lobe.
+// The contributions of each peaked yield, and of the rest of each lobe, to speeds.
 struct ContributionsApart {
   std::vector<Contribution> to_peaked;
   std::vector<Contribution> to_others;
@@ -84,9 +84,9 @@ void take_from(std::vector<float>& rest, std::span<const float> amplitude,
   }
 }
 
-// What turns of the speeds with each lobe, by what they owe to it. Of a product of what several
-// lobes bring each of them would take the whole: then they share what there is of all of them
-// together.
+// The part of the speeds that depends on the normal by each lobe: its contribution to them. Of a
+// product of what several lobes bring each of them would take the whole: then they share the
+// contribution of all of them together.
 std::vector<std::vector<float>> angular_parts(std::span<const std::vector<float>> contribution,
                                               std::span<const float> contribution_of_all) {
   std::vector<std::vector<float>> parts(contribution.begin(), contribution.end());

@@ -5,7 +5,7 @@
 
 namespace scarp {
 
-/// How the speeds of a model turn with the normal, as far as its species and what it says of them
+/// How the speeds of a model depend on the normal, as far as its species and what it says of them
 /// tell: of every narrow lobe from which particles come some slopes, between which the speed is
 /// that of the model if the surface leaned so (models/lobe_response.h); and what every yield that
 /// is largest at a slant brings from an open source.

@@ -12,7 +12,7 @@
 
 namespace scarp {
 
-// How speeds turn with the normal of the surface under particles that come from about one direction
+// How speeds depend on the normal of the surface under particles that come from about one direction
 // (a lobe). The model is asked what it would say of a point if it leaned by a few other angles, and
 // the grid takes what is between them at its own normals.
 

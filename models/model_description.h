@@ -24,6 +24,7 @@ struct ModelDescription {
   /// What keys of the model make of the time that a step takes, in place of its `duration`; empty
   /// for those that have one.
   std::string_view duration_text{};
+  bool takes_blanket_rates = false;  ///< see with_blanket_rates()
 };
 
 }  // namespace scarp

@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/suggestion.h"
+#include "models/blanket_rates.h"
 #include "models/catalogue/ald.h"
 #include "models/catalogue/cf4_o2.h"
 #include "models/catalogue/conformal.h"
@@ -135,7 +136,12 @@ const ModelDescription* find_model(std::string_view name) {
 StepModel read_model(const RecipeTable& step, const StepScope& scope) {
   const std::string name = step.text("model");
   const ModelDescription* const model = find_model(name);
-  if (model != nullptr) return model->read(step, scope);
+  if (model != nullptr) {
+    StepModel made = model->read(step, scope);
+    if (made.model && model->takes_blanket_rates)
+      made.model = with_blanket_rates(std::move(made.model), step, scope);
+    return made;
+  }
   if (step.ok("model")) step.error("model", unknown_model_text(name));
   step.accept_rest();
   return {};

@@ -7,7 +7,7 @@
 
 namespace scarp {
 
-/// What the speeds of points owe to some tallies.
+/// The contributions of some tallies to the speeds of points.
 struct Contribution {
   std::vector<float> rise;  ///< by how much each changes with the logarithm of what they count
   std::vector<float> all;   ///< what there would not be without it

@@ -105,7 +105,7 @@ double Sputtering::part_in_sight(std::size_t ion, double open, double lost,
   return values_.axes[ion] ? static_cast<double>(flux[visibility_[ion]][point]) : 0;
 }
 
-// A part of what the open source would bring comes straight from it and turns with the normal. What
+// A part of what the open source would bring comes straight from it and depends on the normal. What
 // is more than all of it was reflected.
 std::vector<std::vector<float>> Sputtering::amplitudes(
     const SurfacePoints& points, std::span<const std::span<const float>> flux,

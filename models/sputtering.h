@@ -33,9 +33,10 @@ class Sputtering final : public SurfaceModel, public Emitter, public AngularResp
   };
   struct Surface {
     double density = 1;
-    std::vector<Loss> by_ion{};  ///< one for each kind of ion; none of a material that stands still
-    double atom_sticking = 1;    ///< s_a
-    double settling = 1;         ///< s_r
+    std::vector<Loss>
+        by_ion{};              ///< one for each kind of ion; none of a material that does not move
+    double atom_sticking = 1;  ///< s_a
+    double settling = 1;       ///< s_r
   };
   /// Shape: surfaces has one entry per material; factors[i][k] belongs to yield k of ion i; axes
   /// has a beam for every ion, or none where the wafer turns and ions reach all walls.

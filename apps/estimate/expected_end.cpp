@@ -126,7 +126,7 @@ double depth_time(const EndCondition& condition, std::span<const LineDown> lines
   return lowest->time_to_height(end);
 }
 
-// The first line in which the material comes to light.
+// The first line in which the material becomes exposed.
 double exposed_time(MaterialId wanted, std::span<const LineDown> lines) {
   double first = infinity;
   for (const LineDown& line : lines) {

@@ -79,7 +79,7 @@ void make_comparable(std::span<Snapshot> all) {
   const bool has_slice = slice != all.end();
   const Sides sides = (has_slice ? *slice : all.front()).frame.sides();
   for (Snapshot& each : all) {
-    if (each.frame.axisymmetric && has_slice) {
+    if (each.frame.is_around_axis() && has_slice) {
       revolve(each);
     } else if (is_section(each)) {
       lengthen(each, sides);

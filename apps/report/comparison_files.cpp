@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/run/markup.h"
+#include "apps/run/svg.h"
 #include "core/parallel.h"
 #include "levelset/metrology/contour.h"
 
@@ -150,17 +151,18 @@ std::string speed_text(const Comparison& comparison) {
     text +=
         fmt::format("; to equal error {}", with_error(equal->speedup, equal->speedup_std_error));
   } else if (equal) {
-    text += fmt::format("; to equal error roughly {:.1g}, three seeds of each would tell better",
-                        equal->speedup);
+    text += fmt::format(
+        "; to equal error roughly {:.1g}, run three seeds of each for a better estimate",
+        equal->speedup);
   }
   if (!shows_simplification(comparison)) return text;
   if (equal && !equal->speedup_std_error) return text;
   const double speedup = equal ? equal->speedup : *comparison.speedup;
   const double error = equal ? *equal->speedup_std_error : comparison.speedup_std_error.value_or(0);
   if (speedup + error < 1) {
-    text += fmt::format(": {} does not pay here", comparison.second);
+    text += fmt::format(": {} was not worth it here", comparison.second);
   } else if (speedup - error < 1) {
-    text += ": whether it pays cannot be told from these runs";
+    text += ": these runs do not show whether it was worth it";
   }
   return text;
 }
@@ -189,14 +191,12 @@ std::string verdict_text(const Comparison& comparison) {
   const int unsure = unsure_count(comparison);
   const std::string names = fmt::format("{} against {}", comparison.second, comparison.first);
   const std::string rest = fmt::format(
-      "{} beyond their tolerance, but no further than seeds are apart: more of them "
-      "would tell",
-      unsure);
+      "{} beyond their tolerance, but within the spread of seeds: run more seeds", unsure);
   if (!comparison.reaches_ends() && comparison.moved().size() == 1)
     return fmt::format("{}: within the tolerances up to {:.6g} s, but not compared to the end",
                        names, comparison.distances.back().time);
   if (!comparison.passed()) return names + ": moved" + (unsure > 0 ? "; besides " + rest : "");
-  if (unsure > 0) return names + ": nothing has moved for certain; " + rest;
+  if (unsure > 0) return names + ": no certain change; " + rest;
   return names + ": within the tolerances at every output" + differences_text(comparison);
 }
 
@@ -382,9 +382,8 @@ std::string rules_text(const Comparison& comparison) {
 
 constexpr const char* equal_error_note =
     "<p>Time to equal error: the time of the flux times the ratio of the variances between seeds, "
-    "and the other stages as they are. Noise is the mean distance between the surfaces of two "
-    "seeds "
-    "at the end. What the distance between the two has besides is systematic: ";
+    "plus that of the other stages. Noise is the mean distance between the surfaces of two seeds "
+    "at the end. The rest of the distance is systematic: ";
 
 std::string section_of(const Comparison& comparison, const std::string& scene) {
   std::string html = fmt::format("<h2>{} against {}</h2>\n<p class=\"{}\">{}</p>\n",

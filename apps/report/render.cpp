@@ -102,37 +102,17 @@ Vec3d towards_sky(const Vec3d& n, const std::array<double, 2>& xi) {
   return sine * std::cos(phi) * a + sine * std::sin(phi) * b + std::sqrt(1 - xi[0]) * n;
 }
 
-class Renderer {
+/// The pixels of the picture and the lines of sight through them. Rows of tiles are drawn one by
+/// one: samples of a row lie tile by tile, in each pixel by pixel.
+class Picture {
  public:
-  Renderer(const Layers& layers, const RenderOptions& options)
-      : layers_(layers),
-        surface_(extract_surface(layers)),
-        scene_(surface_, layers.frame.sides(), layers.frame.spacing),
-        camera_(options.azimuth, options.elevation),
-        sky_rays_(options.sky_rays) {
-    const Sides sides = layers.frame.sides();
-    const Box box = bounding_box(surface_);
-    const double h = layers.frame.spacing;
-    origin_ = {sides.lower[0], sides.lower[1], 0.5 * (box.lower.z + box.upper.z)};
-    const double wide = std::max(sides.width(0), sides.width(1));
-    block_ = {.lower = {sides.lower[0], sides.lower[1], box.lower.z - depth_below * wide},
-              .upper = {sides.upper[0], sides.upper[1], box.upper.z + 0.5 * h}};
-    if (options.cut) block_.lower[options.cut->axis] = options.cut->position;
-    place_picture(options.width);
-  }
+  struct Pixel {
+    int row;
+    int column;
+  };
 
-  Image run() const {
-    Image image{.width = width_, .height = height_, .pixels = {}};
-    image.pixels.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
-    const int tile_rows = (height_ + pixels_per_side - 1) / pixels_per_side;
-    parallel_for(static_cast<std::size_t>(tile_rows), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t row = begin; row < end; ++row) draw_tiles(static_cast<int>(row), image);
-    });
-    return image;
-  }
-
- private:
-  void place_picture(int width) {
+  /// As large as the block is seen. width: in pixels, unless the picture were too high for it.
+  Picture(const Camera& camera, const Block& block, int width) : camera_(camera) {
     double low_x = 1e300;
     double high_x = -1e300;
     double low_y = 1e300;
@@ -140,11 +120,11 @@ class Renderer {
     for (int corner = 0; corner < 8; ++corner) {
       Vec3d r;
       for (int axis = 0; axis < 3; ++axis)
-        r[axis] = (corner >> axis & 1) != 0 ? block_.upper[axis] : block_.lower[axis];
-      low_x = std::min(low_x, dot(r, camera_.right));
-      high_x = std::max(high_x, dot(r, camera_.right));
-      low_y = std::min(low_y, dot(r, camera_.up));
-      high_y = std::max(high_y, dot(r, camera_.up));
+        r[axis] = (corner >> axis & 1) != 0 ? block.upper[axis] : block.lower[axis];
+      low_x = std::min(low_x, dot(r, camera.right));
+      high_x = std::max(high_x, dot(r, camera.right));
+      low_y = std::min(low_y, dot(r, camera.up));
+      high_y = std::max(high_y, dot(r, camera.up));
     }
     constexpr double margin = 0.03;  // of the width
     constexpr int most_height = 2;   // times the width
@@ -157,37 +137,17 @@ class Renderer {
     top_ = 0.5 * (low_y + high_y) + 0.5 * pixel_ * height_;
   }
 
-  /// What a line of sight meets between where it enters the block and leaves it.
-  struct Sight {
-    std::size_t sample;  ///< of its row of tiles
-    Vec3d entry;
-    Vec3d exit;
-    int axis = 2;  ///< of the face through which it enters
-  };
+  int width() const { return width_; }
+  int height() const { return height_; }
+  double pixel() const { return pixel_; }  ///< nm
+  const Vec3d& forward() const { return camera_.forward; }
 
-  /// Samples of a row of tiles lie tile by tile, in each pixel by pixel.
-  void draw_tiles(int tile_row, Image& image) const {
+  int tile_rows() const { return (height_ + pixels_per_side - 1) / pixels_per_side; }
+  std::size_t samples_per_row() const {
     const int tiles = (width_ + pixels_per_side - 1) / pixels_per_side;
-    std::vector<Colour> seen(static_cast<std::size_t>(tiles * samples_per_tile), background);
-    look(tile_row, seen);
-    for (std::size_t first = 0; first < seen.size(); first += samples_per_pixel) {
-      const auto [row, column] = pixel_of(tile_row, first);
-      if (row >= height_ || column >= width_) continue;
-      Colour sum{};
-      for (const Colour& sample : std::span(seen).subspan(first, samples_per_pixel)) sum += sample;
-      const Colour mean = sum / samples_per_pixel;
-      Rgb& pixel = image.pixels[static_cast<std::size_t>(row) * static_cast<std::size_t>(width_) +
-                                static_cast<std::size_t>(column)];
-      for (int c = 0; c < 3; ++c)
-        pixel[static_cast<std::size_t>(c)] =
-            static_cast<std::uint8_t>(std::lround(std::clamp(mean[c], 0.0, 255.0)));
-    }
+    return static_cast<std::size_t>(tiles) * samples_per_tile;
   }
-
-  struct Pixel {
-    int row;
-    int column;
-  };
+  bool holds(const Pixel& pixel) const { return pixel.row < height_ && pixel.column < width_; }
 
   static Pixel pixel_of(int tile_row, std::size_t sample) {
     const auto tile = static_cast<int>(sample / samples_per_tile);
@@ -196,6 +156,7 @@ class Renderer {
             .column = pixels_per_side * tile + n % pixels_per_side};
   }
 
+  /// A point of the line of sight.
   Vec3d place_of(int tile_row, std::size_t sample) const {
     const auto [row, column] = pixel_of(tile_row, sample);
     const std::size_t n = sample % samples_per_pixel;
@@ -207,56 +168,33 @@ class Renderer {
     return (left_ + x * pixel_) * camera_.right + (top_ - y * pixel_) * camera_.up;
   }
 
-  void look(int tile_row, std::vector<Colour>& seen) const {
-    std::vector<Sight> sights;
-    std::vector<Ray> rays;
-    std::optional<FacePoint> last;
-    for (std::size_t sample = 0; sample < seen.size(); ++sample) {
-      const Vec3d r = place_of(tile_row, sample);
-      const auto passage = block_.passage(r, camera_.forward);
-      if (!passage) continue;
-      const Vec3d entry = r + passage->enter * camera_.forward;
-      if (passage->axis != 2) {
-        if (!last || !last->reaches(entry, passage->axis)) last = face_point(entry, passage->axis);
-        if (last) {
-          seen[sample] = last->colour;
-          continue;
-        }
-      }
-      const Vec3d exit = r + passage->leave * camera_.forward;
-      sights.push_back({.sample = sample, .entry = entry, .exit = exit, .axis = passage->axis});
-      rays.push_back({.r = in_scene(entry), .u = camera_.forward});
-    }
-    std::vector<Flight> flights(rays.size());
-    scene_.fly(rays, flights);
-    std::vector<std::size_t> lit;
-    std::vector<Flight> there;
-    for (std::size_t k = 0; k < sights.size(); ++k) {
-      const Sight& sight = sights[k];
-      if (meets_surface(rays[k], flights[k], length(sight.exit - sight.entry))) {
-        lit.push_back(sight.sample);
-        there.push_back(flights[k]);
-      } else if (sight.axis != 2 && layers_.top().distance(sight.exit) < 0) {
-        // Between nodes a sharp edge of the mesh reaches further than phi: there the line went
-        // through solid all the way.
-        seen[sight.sample] = within(sight.entry, sight.axis).colour;
-      }
-    }
-    shade(tile_row, lit, there, seen);
+ private:
+  Camera camera_;
+  int width_ = 0;
+  int height_ = 0;
+  double pixel_ = 0;
+  double left_ = 0;
+  double top_ = 0;
+};
+
+/// A place on a side or a cut of the block.
+struct FacePoint {
+  Colour colour;
+  Vec3d r;
+  int axis;
+  double clearance;  ///< to the next line
+
+  /// Whether another one looks the same for sure: phi may change a little faster than distances.
+  bool reaches(const Vec3d& other, int its_axis) const {
+    return axis == its_axis && 1.5 * length(other - r) < clearance;
   }
+};
 
-  /// A place on a side or a cut.
-  struct FacePoint {
-    Colour colour;
-    Vec3d r;
-    int axis;
-    double clearance;  ///< to the next line
-
-    /// Whether another one looks the same for sure: phi may change a little faster than distances.
-    bool reaches(const Vec3d& other, int its_axis) const {
-      return axis == its_axis && 1.5 * length(other - r) < clearance;
-    }
-  };
+/// The sides and the cut of the block: materials within, their borders as lines.
+class Faces {
+ public:
+  /// line: half the width of a border; nm.
+  Faces(const Layers& layers, double line) : layers_(layers), line_(line) {}
 
   /// Nothing in the gas.
   std::optional<FacePoint> face_point(const Vec3d& r, int axis) const {
@@ -264,16 +202,15 @@ class Renderer {
     return within(r, axis);
   }
 
-  /// The material in the solid, its borders as lines.
+  /// Of a place in the solid.
   FacePoint within(const Vec3d& r, int axis) const {
-    const double line = 0.8 * pixel_;
     FacePoint found{.colour = on_face(axis, layers_.stack.back().material),
                     .r = r,
                     .axis = axis,
                     .clearance = 1e300};
     for (const Layer& layer : layers_.stack) {
       const double distance = layer.phi.distance(r);
-      found.clearance = std::min(found.clearance, std::abs(distance) - line);
+      found.clearance = std::min(found.clearance, std::abs(distance) - line_);
       if (found.clearance < 0) found.colour = ink;
       if (found.clearance >= 0 && distance < 0) found.colour = on_face(axis, layer.material);
       if (found.clearance < 0 || distance < 0) break;
@@ -281,11 +218,24 @@ class Renderer {
     return found;
   }
 
+ private:
   static Colour on_face(int axis, MaterialId material) {
     return (axis == 1 ? 1.0 : 0.82) * colour_of(material);
   }
 
-  Vec3d in_scene(const Vec3d& r) const { return (r - origin_) / layers_.frame.spacing; }
+  const Layers& layers_;
+  double line_;
+};
+
+/// The surface as rays meet it, in units of the grid about an origin.
+struct Scene {
+  const Layers& layers;
+  const TriMesh& surface;
+  RayScene rays;
+  Vec3d origin;
+
+  Vec3d in_scene(const Vec3d& r) const { return (r - origin) / layers.frame.spacing; }
+  Vec3d in_layers(const Vec3d& r) const { return origin + layers.frame.spacing * r; }
 
   /// What is behind the sides of the domain is not seen, though flights come back from there.
   bool meets_surface(const Ray& ray, const Flight& flight, double length) const {
@@ -293,8 +243,21 @@ class Renderer {
     const Vec3d way = flight.r - ray.r;
     const double along = dot(way, ray.u);
     const bool is_straight = flight.u == ray.u && scarp::length(way - along * ray.u) < 1e-3;
-    return is_straight && along * layers_.frame.spacing <= length * (1 + 1e-6);
+    return is_straight && along * layers.frame.spacing <= length * (1 + 1e-6);
   }
+
+  /// That of phi where it agrees with the facet: smooth on curved walls, sharp at edges.
+  Vec3d smooth_normal(const Flight& flight) const {
+    const Vec3d n = rays.normal(flight.facet);
+    const Vec3d smooth = layers.top().normal(in_layers(flight.r));
+    return dot(smooth, n) > 0.9 ? smooth : n;
+  }
+};
+
+/// Colours of the surface: by material, by how much of the sky is seen, and by a light.
+class Shading {
+ public:
+  Shading(const Scene& scene, int sky_rays) : scene_(scene), sky_rays_(sky_rays) {}
 
   /// Shape: flights that arrived on the surface, by the samples of the row of tiles that see them.
   void shade(int tile_row, std::span<const std::size_t> samples, std::span<const Flight> there,
@@ -309,6 +272,7 @@ class Renderer {
     }
   }
 
+ private:
   /// open: of the rays to the sky from each place.
   void shade_tile(std::span<const std::size_t> samples, std::span<const Flight> there,
                   std::span<const int> open, std::vector<Colour>& seen) const {
@@ -318,10 +282,10 @@ class Renderer {
       // A pixel is small: the samples of it that see the same facet share a normal.
       const bool goes_on = k > 0 && there[k].facet == there[k - 1].facet &&
                            samples[k] / samples_per_pixel == samples[k - 1] / samples_per_pixel;
-      if (!goes_on) normal = smooth_normal(there[k]);
+      if (!goes_on) normal = scene_.smooth_normal(there[k]);
       const double lit = std::max(0.0, dot(normal, light));
       seen[samples[k]] = (0.22 + 0.43 * share_of_sky(there[k], there, open) + 0.35 * lit) *
-                         colour_of(surface_.materials[there[k].facet]);
+                         colour_of(scene_.surface.materials[there[k].facet]);
     }
   }
 
@@ -333,7 +297,7 @@ class Renderer {
     std::vector<Ray> rays;
     rays.reserve(there.size() * sky_rays);
     for (std::size_t k = 0; k < there.size(); ++k) {
-      const Vec3d n = scene_.normal(there[k].facet);
+      const Vec3d n = scene_.rays.normal(there[k].facet);
       const std::uint64_t tile =
           (static_cast<std::uint64_t>(tile_row) << 32) + samples[k] / samples_per_tile;
       const int first = static_cast<int>(samples[k] % samples_per_tile) * sky_rays_;
@@ -343,7 +307,7 @@ class Renderer {
       }
     }
     std::vector<Flight> flights(rays.size());
-    scene_.fly(rays, flights);
+    scene_.rays.fly(rays, flights);
     std::vector<int> open(there.size());
     for (std::size_t k = 0; k < flights.size(); ++k)
       open[k / sky_rays] += static_cast<int>(flights[k].end == Flight::End::sky);
@@ -353,36 +317,142 @@ class Renderer {
   /// By the rays from all places of a tile that face about the same way as one of them.
   double share_of_sky(const Flight& from, std::span<const Flight> there,
                       std::span<const int> open) const {
-    const Vec3d n = scene_.normal(from.facet);
+    const Vec3d n = scene_.rays.normal(from.facet);
     int rays = 0;
     int to_sky = 0;
     for (std::size_t k = 0; k < there.size(); ++k) {
-      if (dot(scene_.normal(there[k].facet), n) < 0.9) continue;
+      if (dot(scene_.rays.normal(there[k].facet), n) < 0.9) continue;
       rays += sky_rays_;
       to_sky += open[k];
     }
     return static_cast<double>(to_sky) / rays;
   }
 
-  /// That of phi where it agrees with the facet: smooth on curved walls, sharp at edges.
-  Vec3d smooth_normal(const Flight& flight) const {
-    const Vec3d n = scene_.normal(flight.facet);
-    const Vec3d smooth = layers_.top().normal(origin_ + layers_.frame.spacing * flight.r);
-    return dot(smooth, n) > 0.9 ? smooth : n;
+  const Scene& scene_;
+  int sky_rays_;
+};
+
+/// The part of the wafer that is shown: between the sides, and beyond the cut.
+Block block_of(const Layers& layers, const TriMesh& surface, const std::optional<RenderCut>& cut) {
+  const Sides sides = layers.frame.sides();
+  const Box box = bounding_box(surface);
+  const double wide = std::max(sides.width(0), sides.width(1));
+  Block block{.lower = {sides.lower[0], sides.lower[1], box.lower.z - depth_below * wide},
+              .upper = {sides.upper[0], sides.upper[1], box.upper.z + 0.5 * layers.frame.spacing}};
+  if (cut) block.lower[cut->axis] = cut->position;
+  return block;
+}
+
+/// Where RayScene has its origin.
+Vec3d origin_of(const Layers& layers, const TriMesh& surface) {
+  const Sides sides = layers.frame.sides();
+  const Box box = bounding_box(surface);
+  return {sides.lower[0], sides.lower[1], 0.5 * (box.lower.z + box.upper.z)};
+}
+
+/// Follows the lines of sight, row of tiles by row of tiles.
+class Renderer {
+ public:
+  Renderer(const Layers& layers, const TriMesh& surface, const RenderOptions& options)
+      : scene_{.layers = layers,
+               .surface = surface,
+               .rays = {surface, layers.frame.sides(), layers.frame.spacing},
+               .origin = origin_of(layers, surface)},
+        block_(block_of(layers, surface, options.cut)),
+        picture_(Camera(options.azimuth, options.elevation), block_, options.width),
+        faces_(layers, 0.8 * picture_.pixel()),
+        shading_(scene_, options.sky_rays) {}
+
+  Image run() const {
+    Image image{.width = picture_.width(), .height = picture_.height(), .pixels = {}};
+    image.pixels.resize(static_cast<std::size_t>(image.width) *
+                        static_cast<std::size_t>(image.height));
+    const auto rows = static_cast<std::size_t>(picture_.tile_rows());
+    parallel_for(rows, 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t row = begin; row < end; ++row) draw_tiles(static_cast<int>(row), image);
+    });
+    return image;
   }
 
-  const Layers& layers_;
-  TriMesh surface_;
-  RayScene scene_;
-  Camera camera_;
-  int sky_rays_;
-  Vec3d origin_;
+ private:
+  /// What a line of sight meets between where it enters the block and leaves it.
+  struct Sight {
+    std::size_t sample;  ///< of its row of tiles
+    Vec3d entry;
+    Vec3d exit;
+    int axis = 2;  ///< of the face through which it enters
+  };
+
+  void draw_tiles(int tile_row, Image& image) const {
+    std::vector<Colour> seen(picture_.samples_per_row(), background);
+    look(tile_row, seen);
+    for (std::size_t first = 0; first < seen.size(); first += samples_per_pixel) {
+      const Picture::Pixel at = Picture::pixel_of(tile_row, first);
+      if (!picture_.holds(at)) continue;
+      Colour sum{};
+      for (const Colour& sample : std::span(seen).subspan(first, samples_per_pixel)) sum += sample;
+      const Colour mean = sum / samples_per_pixel;
+      Rgb& pixel =
+          image.pixels[static_cast<std::size_t>(at.row) * static_cast<std::size_t>(image.width) +
+                       static_cast<std::size_t>(at.column)];
+      for (int c = 0; c < 3; ++c)
+        pixel[static_cast<std::size_t>(c)] =
+            static_cast<std::uint8_t>(std::lround(std::clamp(mean[c], 0.0, 255.0)));
+    }
+  }
+
+  void look(int tile_row, std::vector<Colour>& seen) const {
+    const std::vector<Sight> sights = sights_beyond_faces(tile_row, seen);
+    std::vector<Ray> rays;
+    rays.reserve(sights.size());
+    for (const Sight& sight : sights)
+      rays.push_back({.r = scene_.in_scene(sight.entry), .u = picture_.forward()});
+    std::vector<Flight> flights(rays.size());
+    scene_.rays.fly(rays, flights);
+    std::vector<std::size_t> lit;
+    std::vector<Flight> there;
+    for (std::size_t k = 0; k < sights.size(); ++k) {
+      const Sight& sight = sights[k];
+      if (scene_.meets_surface(rays[k], flights[k], length(sight.exit - sight.entry))) {
+        lit.push_back(sight.sample);
+        there.push_back(flights[k]);
+      } else if (sight.axis != 2 && scene_.layers.top().distance(sight.exit) < 0) {
+        // Between nodes a sharp edge of the mesh reaches further than phi: there the line went
+        // through solid all the way.
+        seen[sight.sample] = faces_.within(sight.entry, sight.axis).colour;
+      }
+    }
+    shading_.shade(tile_row, lit, there, seen);
+  }
+
+  /// Those that no face of the block ends; colours the samples of the others.
+  std::vector<Sight> sights_beyond_faces(int tile_row, std::vector<Colour>& seen) const {
+    std::vector<Sight> sights;
+    std::optional<FacePoint> last;
+    for (std::size_t sample = 0; sample < seen.size(); ++sample) {
+      const Vec3d r = picture_.place_of(tile_row, sample);
+      const auto passage = block_.passage(r, picture_.forward());
+      if (!passage) continue;
+      const Vec3d entry = r + passage->enter * picture_.forward();
+      if (passage->axis != 2) {
+        if (!last || !last->reaches(entry, passage->axis))
+          last = faces_.face_point(entry, passage->axis);
+        if (last) {
+          seen[sample] = last->colour;
+          continue;
+        }
+      }
+      const Vec3d exit = r + passage->leave * picture_.forward();
+      sights.push_back({.sample = sample, .entry = entry, .exit = exit, .axis = passage->axis});
+    }
+    return sights;
+  }
+
+  Scene scene_;
   Block block_;
-  int width_ = 0;
-  int height_ = 0;
-  double pixel_ = 0;  ///< nm
-  double left_ = 0;
-  double top_ = 0;
+  Picture picture_;
+  Faces faces_;
+  Shading shading_;
 };
 
 /// Of a wafer that is the same around an axis, from side to side: finer is not seen in a picture.
@@ -391,11 +461,13 @@ constexpr int most_cells_around_axis = 240;
 }  // namespace
 
 Image render(const Layers& layers, const RenderOptions& options) {
-  if (layers.frame.axisymmetric) return render(revolved(layers, most_cells_around_axis), options);
+  if (layers.frame.is_around_axis())
+    return render(revolved(layers, most_cells_around_axis), options);
   if (layers.frame.is_section()) {
-    throw InputError("a cross-section has no depth to be seen; scarp section draws it");
+    throw InputError("a cross-section has no depth to render; draw it with scarp section");
   }
-  return Renderer(layers, options).run();
+  const TriMesh surface = extract_surface(layers);
+  return Renderer(layers, surface, options).run();
 }
 
 }  // namespace scarp

@@ -12,6 +12,7 @@
 #include "apps/report/scene.h"
 #include "apps/run/markup.h"
 #include "apps/run/run_record.h"
+#include "apps/run/svg.h"
 #include "apps/simulator/flux_target.h"
 #include "apps/simulator/recipe.h"
 #include "core/error.h"
@@ -71,8 +72,8 @@ std::string flux_error_of(const RunFiles& run) {
   const double missed = flux.value("time_steps_missed", 0.0);
   if (missed == 0) return "<p>" + text + ".</p>\n";
   return fmt::format(
-      "<p class=\"unsure\">{}, missed in {:.0f} of {:.0f} time steps: noise may have made a part "
-      "of what this page shows.</p>\n",
+      "<p class=\"unsure\">{}, missed in {:.0f} of {:.0f} time steps: some of what this page shows "
+      "may be noise.</p>\n",
       text, missed, run.summary.value("time_steps", 0.0));
 }
 
@@ -80,8 +81,8 @@ std::string head_of(const RunFiles& run) {
   std::string html = "<h1>" + escaped(run.title()) + "</h1>\n";
   if (!run.is_complete()) {
     return html +
-           "<p class=\"unsure\">This run is not complete; what follows is what it left. scarp run "
-           "--resume goes on with it.</p>\n";
+           "<p class=\"unsure\">This run is not complete. The page shows what it has written so "
+           "far; scarp run --resume continues it.</p>\n";
   }
   const auto number = [&](const char* key) { return run.summary.value(key, 0.0); };
   html += fmt::format(
@@ -139,7 +140,7 @@ Scene scene_of(const RunFiles& run) {
 std::string surface_section(const RunFiles& run) {
   const std::string heading = "<h2>Surface</h2>\n";
   const Frame& frame = run.wafer.layers.frame;
-  if (frame.axisymmetric) return heading + wafer_picture(run.wafer);
+  if (frame.is_around_axis()) return heading + wafer_picture(run.wafer);
   if (frame.is_section())
     return heading +
            fmt::format("<p>A cross-section (mode = \"{}\") has no depth: it is below.</p>\n",

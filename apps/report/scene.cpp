@@ -317,8 +317,8 @@ std::string scene_html(const Scene& scene, const std::string& id, const std::str
   const std::string still = "<div class=\"still\">\n" + pictures + "</div>\n";
   if (viewer_script().empty()) {
     return still +
-           "<p>This scarp was built without the viewer, which needs node and npm: pictures "
-           "alone.</p>\n";
+           "<p>This scarp was built without the viewer, which needs node and npm: the page has "
+           "pictures only.</p>\n";
   }
   ordered_json json{{"place_error_nm", scene.place_error()},
                     {"materials", materials_json(scene)},

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/run/svg.h"
 #include "apps/viewer/viewer_script.h"
 #include "core/system/base64.h"
 
@@ -32,6 +33,7 @@ struct Range {
     high = std::max(high, value);
   }
   double size() const { return high - low; }
+  std::vector<double> ticks() const { return ticks_within(low, high, 5); }
   void widen() {
     if (low > high) low = high = 0;
     // What differs by its rounding alone is one value.
@@ -74,38 +76,21 @@ Axes axes_of(const Plot& plot) {
   return axes;
 }
 
-/// Round numbers within a range, some five of them.
-std::vector<double> ticks_of(const Range& range) {
-  const double raw = range.size() / 5;
-  const double decade = std::pow(10.0, std::floor(std::log10(raw)));
-  const double mantissa = raw / decade;
-  const double step = decade * (mantissa > 5 ? 10 : mantissa > 2 ? 5 : mantissa > 1 ? 2 : 1);
-  std::vector<double> ticks;
-  for (double n = std::ceil(range.low / step); n * step <= range.high; ++n)
-    ticks.push_back(n == 0 ? 0 : n * step);
-  return ticks;
-}
-
-std::string svg_text(double x, double y, const char* anchor, const std::string& text) {
-  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{}</text>\n", x, y, anchor,
-                     escaped(text));
-}
-
 std::string grid_of(const Plot& plot, const Axes& axes) {
   const double end = axes.x(axes.ranges[0].high);
   std::string svg =
       fmt::format("<text x=\"{}\" y=\"18\" class=\"title\">{}</text>\n", left, escaped(plot.title));
-  for (const double tick : ticks_of(axes.ranges[0])) {
+  for (const double tick : axes.ranges[0].ticks()) {
     svg += fmt::format("<path class=\"grid\" d=\"M{:.1f} {:.1f}V{:.1f}\"/>\n", axes.x(tick), top,
                        axes.bottom_edge);
-    svg += svg_text(axes.x(tick), axes.bottom_edge + 16, "middle", fmt::format("{:g}", tick));
+    svg += svg_text(axes.x(tick), axes.bottom_edge + 16, fmt::format("{:g}", tick), "middle");
   }
-  for (const double tick : ticks_of(axes.ranges[1])) {
+  for (const double tick : axes.ranges[1].ticks()) {
     svg += fmt::format("<path class=\"grid\" d=\"M{:.1f} {:.1f}H{:.1f}\"/>\n", left, axes.y(tick),
                        end);
-    svg += svg_text(left - 6, axes.y(tick) + 4, "end", fmt::format("{:g}", tick));
+    svg += svg_text(left - 6, axes.y(tick) + 4, fmt::format("{:g}", tick), "end");
   }
-  svg += svg_text(0.5 * (left + end), axes.bottom_edge + 34, "middle", plot.x_label);
+  svg += svg_text(0.5 * (left + end), axes.bottom_edge + 34, plot.x_label, "middle");
   const double middle = 0.5 * (top + axes.bottom_edge);
   svg += fmt::format(
       "<text transform=\"translate(14 {:.1f}) rotate(-90)\" "
@@ -124,11 +109,9 @@ std::string classes_of(const Curve& curve) {
 std::string curve_path(const Curve& curve, const Axes& axes) {
   std::string path;
   for (const auto& line : curve.lines) {
-    char move = 'M';
-    for (const Point& point : line) {
-      path += fmt::format("{}{:.1f} {:.1f}", move, axes.x(point[0]), axes.y(point[1]));
-      move = 'L';
-    }
+    std::vector<Point> points;
+    for (const Point& point : line) points.push_back({axes.x(point[0]), axes.y(point[1])});
+    path += svg_line(points);
   }
   return fmt::format("<path class=\"{}\" d=\"{}\"/>\n", classes_of(curve), path);
 }
@@ -140,24 +123,18 @@ struct Legend {
 
 /// Names in rows that end within the picture.
 Legend legend_of(const Plot& plot, double y) {
-  constexpr double row_height = 18;     // px
   constexpr double letter_width = 6.6;  // px, on average
-  Legend legend;
-  double x = left;
+  LegendRows rows(left, width, y, 18);
+  std::string svg;
   for (const Curve& curve : plot.curves) {
     if (curve.name.empty()) continue;
-    const double length = 44 + letter_width * static_cast<double>(curve.name.size());
-    if (x > left && x + length > width) {
-      x = left;
-      legend.height += row_height;
-    }
-    const double baseline = y + legend.height;
-    legend.svg += fmt::format("<path class=\"{}\" d=\"M{:.1f} {:.1f}h22\"/>\n", classes_of(curve),
-                              x, baseline - 4);
-    legend.svg += svg_text(x + 28, baseline, "start", curve.name);
-    x += length;
+    const auto [x, baseline] =
+        rows.place(44 + letter_width * static_cast<double>(curve.name.size()));
+    svg += fmt::format("<path class=\"{}\" d=\"M{:.1f} {:.1f}h22\"/>\n", classes_of(curve), x,
+                       baseline - 4);
+    svg += svg_text(x + 28, baseline, curve.name);
   }
-  return legend;
+  return {.svg = svg, .height = rows.more_height()};
 }
 
 // Colours that stay apart in print and for colour-blind readers (after Okabe and Ito 2008).
@@ -198,24 +175,6 @@ std::string viewer_of(const std::string& body) {
 
 }  // namespace
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&') {
-      out += "&amp;";
-    } else if (c == '<') {
-      out += "&lt;";
-    } else if (c == '>') {
-      out += "&gt;";  // "]]>" ends what XML has opened elsewhere
-    } else if (c == '"') {
-      out += "&quot;";
-    } else {
-      out += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
-    }
-  }
-  return out;
-}
-
 std::string plot_svg(const Plot& plot) {
   const Axes axes = axes_of(plot);
   const Legend legend = legend_of(plot, axes.bottom_edge + bottom - 8);
@@ -245,7 +204,7 @@ std::string bar_svg(const std::string& title, const std::string& unit,
                        left, y - 4);
     const double share = sum > 0 ? 100 * parts[n].value / sum : 0;
     svg += svg_text(
-        left + 22, y, "start",
+        left + 22, y,
         fmt::format("{}: {:.3g} {} ({:.0f} %)", parts[n].name, parts[n].value, unit, share));
     x += length;
     y += row_height;

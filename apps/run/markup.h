@@ -8,11 +8,7 @@
 
 namespace scarp {
 
-// Text as SVG and HTML have it.
-
-/// Text between tags and in attributes: without the control characters that XML has no way to
-/// write.
-std::string escaped(const std::string& text);
+// Pages as HTML has them, with the plots in them as SVG.
 
 /// Lines of one kind in a plot.
 struct Curve {

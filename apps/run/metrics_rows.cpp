@@ -21,10 +21,10 @@ MetricsRows read_metrics_rows(const std::filesystem::path& file, const std::stri
   MetricsRows rows{.begin = first};
   std::vector<std::string> lines = whole_lines(read_file(file));
   if (lines.empty() || lines.front() + '\n' != head) {
-    throw InputError(
-        fmt::format("{}: does not begin as that of this run: it is damaged, or of another version "
-                    "of scarp; move it away, and the run goes on without its rows",
-                    shown(file)));
+    throw InputError(fmt::format(
+        "{}: its first line is not that of this run: the file is damaged, or of another version of "
+        "scarp; move it away, and the run continues without its rows",
+        shown(file)));
   }
   lines.erase(lines.begin());
   if (!lines.empty()) {

@@ -91,6 +91,14 @@ std::string plane_of(const OpeningMetrology& opening) {
 
 ordered_json json_of(Value value) { return value ? ordered_json(*value) : ordered_json(); }
 
+constexpr std::array<const char*, 2> wall_sides{"left", "right"};
+
+Value in_degrees(Value angle) { return angle ? Value(*angle * degrees) : std::nullopt; }
+
+std::string angle_name(std::size_t side, double height) {
+  return fmt::format("{}_angle_at_{}_deg", wall_sides[side], format_number(height));
+}
+
 ordered_json film_json(const FilmMetrology& film, const Materials& materials) {
   ordered_json json{{"material", materials[film.material].name}};
   for (const FilmQuantity& each : film_quantities) json[each.name] = json_of(film.*(each.member));
@@ -111,6 +119,12 @@ ordered_json opening_json(const OpeningMetrology& opening, const MetrologyNames&
   for (std::size_t n = 0; n < opening.cd_at.size(); ++n) {
     json["cd_at"].push_back(
         {{"height_nm", names.options.cd_heights[n]}, {"cd_nm", json_of(opening.cd_at[n])}});
+  }
+  json["angle_at"] = ordered_json::array();
+  for (std::size_t n = 0; n < opening.angle_at.size(); ++n) {
+    json["angle_at"].push_back({{"height_nm", names.options.angle_heights[n]},
+                                {"left_angle_deg", json_of(in_degrees(opening.angle_at[n][0]))},
+                                {"right_angle_deg", json_of(in_degrees(opening.angle_at[n][1]))}});
   }
   json["films"] = ordered_json::array();
   for (const FilmMetrology& film : opening.films)
@@ -152,6 +166,10 @@ class TableWriter {
       values(fmt::format("cd_at_{:g}_nm", names_.options.cd_heights[n]),
              [&](const auto& each) { return each.cd_at[n]; });
     }
+    for (std::size_t n = 0; n < names_.options.angle_heights.size(); ++n)
+      for (std::size_t side = 0; side < 2; ++side)
+        values(angle_name(side, names_.options.angle_heights[n]),
+               [&](const auto& each) { return in_degrees(each.angle_at[n][side]); });
     for (const FilmMetrology& film : openings_.front().films) {
       for (const FilmQuantity& quantity : film_quantities) {
         values(names_.materials[film.material].name + '_' + quantity.name, [&](const auto& each) {
@@ -190,7 +208,7 @@ std::string csv_cell(Value value) { return value ? fmt::format("{:.7g}", *value)
 
 /// The columns of an opening, or as many empty ones.
 std::string opening_cells(const OpeningMetrology* opening, const MetrologyColumns& columns) {
-  const std::size_t heights = columns.cd_heights.size();
+  const std::size_t heights = columns.cd_heights.size() + 2 * columns.angle_heights.size();
   const std::vector<MaterialId>& films = columns.films;
   if (opening == nullptr) {
     return std::string(
@@ -202,6 +220,8 @@ std::string opening_cells(const OpeningMetrology* opening, const MetrologyColumn
   for (const OpeningQuantity& each : opening_quantities)
     cells += ',' + csv_cell(value_of(*opening, each));
   for (const Value& cd : opening->cd_at) cells += ',' + csv_cell(cd);
+  for (const auto& sides : opening->angle_at)
+    for (const Value& angle : sides) cells += ',' + csv_cell(in_degrees(angle));
   for (const MaterialId material : films) {
     const auto film = std::ranges::find(opening->films, material, &FilmMetrology::material);
     for (const FilmQuantity& each : film_quantities)
@@ -245,6 +265,10 @@ class ValueList {
     for (std::size_t n = 0; n < opening.cd_at.size(); ++n)
       add(fmt::format("cd_at_{}_nm", format_number(names.options.cd_heights[n])), opening.cd_at[n],
           length);
+    for (std::size_t n = 0; n < opening.angle_at.size(); ++n)
+      for (std::size_t side = 0; side < 2; ++side)
+        add(angle_name(side, names.options.angle_heights[n]), in_degrees(opening.angle_at[n][side]),
+            ValueKind::other);
     for (const FilmMetrology& film : opening.films) {
       for (const FilmQuantity& each : film_quantities)
         add(names.materials[film.material].name + '_' + each.name, film.*(each.member), each.kind,
@@ -332,6 +356,8 @@ std::string metrology_head(const MetrologyColumns& columns) {
   for (const OpeningQuantity& each : opening_quantities) head += fmt::format(",{}", each.name);
   for (const double height : columns.cd_heights)
     head += fmt::format(",cd_at_{}_nm", format_number(height));
+  for (const double height : columns.angle_heights)
+    for (std::size_t side = 0; side < 2; ++side) head += ',' + angle_name(side, height);
   for (const MaterialId material : columns.films) {
     for (const FilmQuantity& each : film_quantities)
       head += ',' + csv_field(fmt::format("{}_{}", columns.materials[material].name, each.name));

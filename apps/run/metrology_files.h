@@ -56,6 +56,7 @@ std::string metrology_table(const Metrology& metrology, const MetrologyNames& na
 struct MetrologyColumns {
   const Materials& materials;
   std::vector<double> cd_heights;
+  std::vector<double> angle_heights;
   std::vector<MaterialId> films;      ///< that may lie on something
   std::vector<MaterialId> occurring;  ///< in the wafer at any time
 };

@@ -17,10 +17,9 @@ namespace {
 
 std::string necks_left_out_text(const ProcessStep& step, const NecksLeftOut& left_out) {
   return fmt::format(
-      "step \"{}\": necks are not looked for among {:.2g} nodes below overhangs, from z = {:.4g} "
-      "to "
-      "{:.4g} nm: behind a neck narrower than twice the thickness the film goes on after it is "
-      "shut; choose a larger domain.spacing or a smaller domain",
+      "step \"{}\": {:.2g} nodes lie below overhangs, from z = {:.4g} to {:.4g} nm, too many to "
+      "find necks among them: behind a neck narrower than twice the thickness the film keeps "
+      "growing after the neck has closed; choose a larger domain.spacing or a smaller domain",
       step.name, static_cast<double>(left_out.node_count), left_out.lowest, left_out.highest);
 }
 
@@ -37,6 +36,7 @@ void Observer::look_at(const State& state, const Survey& now, const VoidChanges&
 void Observer::look_at(const State& state, const Move& move, std::size_t step) {
   if (move.necks_left_out.node_count > 0)
     log_.warn(necks_left_out_text(recipe_.steps[step], move.necks_left_out));
+  tell_used_masks(state, step);
   if (state.step != step) {
     tell_end(recipe_.steps[step], state, step);
     tell_standstill(recipe_.steps[step]);
@@ -46,6 +46,19 @@ void Observer::look_at(const State& state, const Move& move, std::size_t step) {
   log_.info(fmt::format("t = {:.4g} s: {} of solid cut off from the wafer, removed", state.time,
                         counted(count_of(move.islands), "piece")));
   tell(move.islands);
+}
+
+// Masks that an etch leaves nothing of.
+void Observer::tell_used_masks(const State& state, std::size_t step) {
+  for (const MaterialId mask : recipe_.metrology.masks) {
+    const bool is_there = has_material(state.layers, mask);
+    const bool was_there = is_there ? !masks_.insert(mask).second : masks_.erase(mask) > 0;
+    if (is_there || !was_there || !recipe_.steps[step].model) continue;
+    log_.warn(fmt::format(
+        "t = {:.6g} s: step \"{}\" has used up the mask: no {} is left; use a thicker mask or a "
+        "shorter step",
+        state.time, recipe_.steps[step].name, recipe_.materials[mask].name));
+  }
 }
 
 void Observer::tell_end(const ProcessStep& step, const State& state, std::size_t number) {

@@ -26,6 +26,7 @@ class Observer {
  private:
   void tell_end(const ProcessStep& step, const State& state, std::size_t number);
   void tell_rounds(const ProcessStep& step, const State& state, std::size_t number);
+  void tell_used_masks(const State& state, std::size_t step);
   void note_movement(const State& state, const Survey& now);
   void tell_standstill(const ProcessStep& step);
   void tell_left_out(const State& state, const Survey& now);
@@ -47,6 +48,8 @@ class Observer {
   Movement movement_;
   std::set<const SurfaceModel*> still_models_;
   std::set<std::pair<const SurfaceModel*, SimplifyChoice>> left_out_;
+
+  std::set<MaterialId> masks_;  // that are there
 
   std::size_t warned_ = 0;  // in which step
   std::size_t warned_of_coverages_ = 0;

@@ -42,10 +42,10 @@ void require_own(const fs::path& folder, const std::string& writer, bool has_mar
   if (has_mark) return;
   const std::vector<fs::path> foreign = find_files(folder, is_output);
   if (foreign.empty()) return;
-  throw InputError(fmt::format(
-      "{}: was not written by {}, and it would be replaced; choose another folder with -o, or move "
-      "it away",
-      shown(foreign.front()), writer));
+  throw InputError(
+      fmt::format("{}: was not written by {}, and scarp never overwrites such a file; choose "
+                  "another folder with -o, or move it away",
+                  shown(foreign.front()), writer));
 }
 
 }  // namespace scarp

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <utility>
 
-#include "apps/run/markup.h"
+#include "apps/run/svg.h"
 #include "core/system/atomic_file.h"
 
 namespace scarp {
@@ -21,6 +21,7 @@ constexpr double headroom = 0.06;      // of the width, above and below the surf
 
 constexpr double row_height = 22;   // px, of the legend
 constexpr double letter_width = 8;  // px, at most on average
+constexpr int path_decimals = 2;
 
 // Colours that stay apart in print and for colour-blind readers (after Okabe and Ito 2008), for Si,
 // polySi, SiO2, Si3N4, SiGe, polymer, mask and resist.
@@ -126,11 +127,7 @@ std::string path_of(const LayerProfile& layer, const Window& window) {
   std::string path;
   for (const Polyline& line : layer.lines) {
     if (line.points.empty()) continue;
-    char move = 'M';
-    for (const auto& [x, y] : seen_points(line, window)) {
-      path += fmt::format("{}{:.2f} {:.2f}", move, x, y);
-      move = 'L';
-    }
+    path += svg_line(seen_points(line, window), path_decimals);
     const auto& first = line.points.front();
     const auto& last = line.points.back();
     if (first != last) {
@@ -145,14 +142,6 @@ std::string path_of(const LayerProfile& layer, const Window& window) {
 
 std::string length_text(double nm) {
   return nm >= 1000 ? fmt::format("{:g} um", nm / 1000) : fmt::format("{:g} nm", nm);
-}
-
-// The roundest length of about a fifth of the picture: 1, 2 or 5 times a power of ten.
-double bar_length(double width) {
-  const double wanted = width / 5;
-  const double decade = std::pow(10.0, std::floor(std::log10(wanted)));
-  const double mantissa = wanted / decade;
-  return decade * (mantissa >= 5 ? 5 : mantissa >= 2 ? 2 : 1);
 }
 
 // A layer that has been consumed lies on the one below, up to a trace: there is nothing to see of
@@ -181,14 +170,14 @@ struct ScaleBar {
 };
 
 ScaleBar scale_bar(const Window& window, double y) {
-  const double length = bar_length(window.right - window.left);
+  const double length = rounded_down((window.right - window.left) / 5);
   const std::string label = length_text(length);
   const double end = picture_width - margin;
   const double begin = end - length * window.scale();
   return {
-      .svg = fmt::format("<path d=\"M{:.1f} {:.1f}H{:.1f}\" stroke=\"#222\" stroke-width=\"3\"/>"
-                         "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>\n",
-                         begin, y + 7, end, begin - 8, y + 12, label),
+      .svg = fmt::format("<path d=\"M{:.1f} {:.1f}H{:.1f}\" stroke=\"#222\" stroke-width=\"3\"/>",
+                         begin, y + 7, end) +
+             svg_text(begin - 8, y + 12, label, "end"),
       .left = begin - 8 - letter_width * static_cast<double>(label.size())};
 }
 
@@ -200,23 +189,16 @@ struct Legend {
 // Names in rows that end before the scale bar.
 Legend legend(const ProfileView& view, const Materials& materials, const Window& window, double y) {
   const ScaleBar bar = scale_bar(window, y);
-  Legend result{.svg = bar.svg, .height = row_height + 8};
-  double x = margin;
+  std::string svg = bar.svg;
+  LegendRows rows(margin, bar.left, y, row_height);
   for (const MaterialId material : visible_materials(view.layers, window)) {
     const std::string& name = materials[material].name;
-    const double width = 40 + letter_width * static_cast<double>(name.size());
-    if (x > margin && x + width > bar.left) {
-      x = margin;
-      y += row_height;
-      result.height += row_height;
-    }
-    result.svg += fmt::format(
-        "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"14\" height=\"14\" fill=\"{}\"/>"
-        "<text x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n",
-        x, y, fill_of(material), x + 20, y + 12, escaped(name));
-    x += width;
+    const auto [left, top] = rows.place(40 + letter_width * static_cast<double>(name.size()));
+    svg += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"14\" height=\"14\" fill=\"{}\"/>",
+                       left, top, fill_of(material));
+    svg += svg_text(left + 20, top + 12, name);
   }
-  return result;
+  return {.svg = svg, .height = row_height + 8 + rows.more_height()};
 }
 
 // From blue to red over the times of the lines.
@@ -232,11 +214,9 @@ std::string stroke_of(std::span<const Polyline> lines, const std::string& colour
                       const Window& window) {
   std::string path;
   for (const Polyline& line : lines) {
-    char move = 'M';
-    for (const auto& [x, z] : line.points) {
-      path += fmt::format("{}{:.2f} {:.2f}", move, window.px(x), window.py(z));
-      move = 'L';
-    }
+    std::vector<Pixel> points;
+    for (const auto& [x, z] : line.points) points.push_back({window.px(x), window.py(z)});
+    path += svg_line(points, path_decimals);
   }
   return fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1\"/>\n", path,
                      colour);
@@ -250,10 +230,9 @@ std::string times(const ProfileView& view, double y) {
   const double last = view.earlier.back().time;
   for (const double time : last > first ? std::vector{first, last} : std::vector{first}) {
     const std::string label = fmt::format("t = {:.4g} s", time);
-    svg += fmt::format(
-        "<path d=\"M{:.1f} {:.1f}h14\" stroke=\"{}\" stroke-width=\"2\"/>"
-        "<text x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n",
-        x, y + 7, colour_at(time, view), x + 20, y + 12, label);
+    svg += fmt::format("<path d=\"M{:.1f} {:.1f}h14\" stroke=\"{}\" stroke-width=\"2\"/>", x, y + 7,
+                       colour_at(time, view));
+    svg += svg_text(x + 20, y + 12, label);
     x += 40 + letter_width * static_cast<double>(label.size());
   }
   return svg;
@@ -294,12 +273,8 @@ void write_svg(const std::filesystem::path& file, const ProfileView& view,
   }
   const double height = title_height + window.height() + names.height;
 
-  std::string svg = fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}\" height=\"{1:.0f}\" "
-      "viewBox=\"0 0 {0} {1:.0f}\" font-family=\"sans-serif\" font-size=\"14\" "
-      "fill=\"#222\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n"
-      "<text x=\"{2}\" y=\"22\">{3}</text>\n<g transform=\"translate(0 {4})\">\n",
-      picture_width, height, margin, escaped(view.title), title_height);
+  std::string svg = svg_text(margin, 22, view.title);
+  svg += fmt::format("<g transform=\"translate(0 {})\">\n", title_height);
   // From the top of the stack down: each layer is the union of itself and those below, so the
   // lower ones are painted over the upper.
   for (auto layer = view.layers.rbegin(); layer != view.layers.rend(); ++layer) {
@@ -310,8 +285,8 @@ void write_svg(const std::filesystem::path& file, const ProfileView& view,
   }
   for (const EarlierSurface& surface : view.earlier)
     svg += stroke_of(surface.lines, colour_at(surface.time, view), window);
-  svg += "</g>\n" + names.svg + "</svg>\n";
-  write_file(file, svg);
+  svg += "</g>\n" + names.svg;
+  write_file(file, svg_picture(picture_width, height, 14, svg));
 }
 
 }  // namespace scarp

@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
-#include <limits>
 #include <sstream>
 
 #include "apps/simulator/state_file.h"
@@ -21,70 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// For each opening its place, whether it is there, and two lists, each behind its length: parts;
-// runs of nodes as pairs.
-std::vector<double> numbers_of(const OpeningNames& openings) {
-  std::vector<double> numbers;
-  for (const NamedOpening& each : openings.known()) {
-    numbers.insert(numbers.end(), {each.place[0], each.place[1], each.is_there ? 1.0 : 0.0});
-    numbers.push_back(static_cast<double>(each.parts.size()));
-    for (const std::size_t part : each.parts) numbers.push_back(static_cast<double>(part));
-    numbers.push_back(static_cast<double>(each.nodes.size()));
-    for (const NodeRun& run : each.nodes) {
-      numbers.push_back(run.first);
-      numbers.push_back(run.count);
-    }
-  }
-  return numbers;
-}
-
-// Reads what numbers_of wrote, front to back.
-class OpeningReader {
- public:
-  OpeningReader(std::span<const double> numbers, const fs::path& file)
-      : numbers_(numbers), file_(file) {}
-
-  OpeningNames run() {
-    std::vector<NamedOpening> openings;
-    while (!numbers_.empty()) {
-      NamedOpening& opening = openings.emplace_back();
-      opening.place = {next(), next()};
-      opening.is_there = next() != 0;
-      for (auto left = count(); left > 0; --left) opening.parts.push_back(count());
-      for (auto left = count(); left > 0; --left) {
-        const std::uint32_t first = count();
-        opening.nodes.push_back({.first = first, .count = count()});
-      }
-    }
-    for (const NamedOpening& each : openings)
-      for (const std::size_t part : each.parts)
-        if (part >= openings.size()) refuse();
-    return OpeningNames(std::move(openings));
-  }
-
- private:
-  double next() {
-    if (numbers_.empty() || !std::isfinite(numbers_.front())) refuse();
-    const double number = numbers_.front();
-    numbers_ = numbers_.subspan(1);
-    return number;
-  }
-
-  std::uint32_t count() {
-    const double number = next();
-    if (!(number >= 0 && number <= std::numeric_limits<std::uint32_t>::max())) refuse();
-    return static_cast<std::uint32_t>(number);
-  }
-
-  [[noreturn]] void refuse() const {
-    throw InputError(fmt::format("{}: the entry openings is not whole; it is not of this version",
-                                 shown(file_)));
-  }
-
-  std::span<const double> numbers_;
-  const fs::path& file_;
-};
-
 // A line for each file: names that a run gives have no spaces.
 std::string text_of(const std::map<std::string, std::string>& hashes) {
   std::string text;
@@ -97,12 +31,6 @@ std::map<std::string, std::string> hashes_of(const std::string& text) {
   std::istringstream words(text);
   for (std::string name, hash; words >> name >> hash;) hashes[name] = hash;
   return hashes;
-}
-
-// A state that no run wrote has none.
-OpeningNames read_openings(const CheckpointNotes& notes, const fs::path& file) {
-  if (!notes.contains("openings")) return {};
-  return OpeningReader(numbers_in(notes, "openings", file), file).run();
 }
 
 // By their numbers: longer names are later.
@@ -120,7 +48,7 @@ Restart read_restart(const fs::path& file, const std::string& recipe_hash) {
   WrittenSoFar written{.output_times = numbers_in(notes, "output_times_s", file),
                        .rows_hash = note_in(notes, "rows_hash", file),
                        .hashes = hashes_of(note_in(notes, "file_hashes", file)),
-                       .openings = read_openings(notes, file)};
+                       .openings = openings_in(notes, file)};
   return {
       .state = state_of(std::move(checkpoint), file), .file = file, .written = std::move(written)};
 }
@@ -148,9 +76,8 @@ void require_rows(const Restart& restart, const MetricsRows& rows) {
   for (const std::string& row : kept) hash.add(row + '\n');
   if (hash.hex() == restart.written.rows_hash) return;
   throw InputError(
-      fmt::format("{0}: lines 2 to {1} are not those that stood there when {2} was written, and "
-                  "will be written "
-                  "again (to go on from {2} instead, without them, move the file away)",
+      fmt::format("{0}: lines 2 to {1} have changed since {2} was written, and will be written "
+                  "again (to continue from {2} without them, move the file away)",
                   shown(restart.file.parent_path() / "metrics.csv"), kept.size() + 1,
                   shown(restart.file.filename())));
 }
@@ -172,9 +99,8 @@ std::optional<int> output_number(const std::string& name, const std::string& ste
 
 void write_restart(const fs::path& file, const State& state, const WrittenSoFar& written,
                    const Recipe& recipe) {
-  write_state(file, state, recipe,
+  write_state(file, state, recipe, written.openings,
               {{"output_times_s", joined(written.output_times)},
-               {"openings", joined(numbers_of(written.openings))},
                {"rows_hash", written.rows_hash},
                {"file_hashes", text_of(written.hashes)}});
 }
@@ -198,7 +124,7 @@ std::optional<Restart> newest_restart(std::span<const fs::path> checkpoints,
       }
       if (number) break;
     } catch (const InputError& error) {
-      log.warn(fmt::format("{}; going on from an earlier checkpoint", error.what()));
+      log.warn(fmt::format("{}; continuing from an earlier checkpoint", error.what()));
     }
   }
   return newest;
@@ -213,7 +139,7 @@ SavedWafer read_wafer(const fs::path& file, Materials known) {
   SavedWafer wafer{.layers = whole_of({.layers = std::move(checkpoint.layers)}).layers,
                    .materials = std::move(known),
                    .time = number_in(checkpoint.notes, "time_s", file),
-                   .openings = read_openings(checkpoint.notes, file)};
+                   .openings = openings_in(checkpoint.notes, file)};
   const std::string names = note_in(checkpoint.notes, "materials", file);
   const auto each_line = [](const std::string& text, const auto& visit) {
     std::istringstream lines(text);
@@ -229,6 +155,7 @@ SavedWafer read_wafer(const fs::path& file, Materials known) {
     wafer.metrology.masks.push_back(wafer.materials.id(name));
   });
   wafer.metrology.cd_heights = numbers_in(checkpoint.notes, "cd_heights_nm", file);
+  wafer.metrology.angle_heights = numbers_in(checkpoint.notes, "angle_heights_nm", file);
   wafer.metrology.feet_are_rounded = note_in(checkpoint.notes, "feet_are_rounded", file) == "1";
   return wafer;
 }

@@ -52,7 +52,7 @@ void write_restart(const std::filesystem::path& file, const State& state,
 /// The newest of the checkpoints from which a run of the recipe can go on; empty if there is none.
 ///
 /// One that cannot be read, is of another recipe, or whose time steps have no rows in metrics.csv
-/// or others than when it was written is passed over and the log is told: an earlier one leads to
+/// or others than when it was written is passed over, with a warning: an earlier one leads to
 /// the same bits. Without rows none are asked for.
 std::optional<Restart> newest_restart(std::span<const std::filesystem::path> checkpoints,
                                       const std::optional<MetricsRows>& rows,

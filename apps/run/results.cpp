@@ -68,7 +68,7 @@ bool is_checkpoint(const std::string& name) {
   return is_result(name) && fs::path(name).extension() == ".vdb";
 }
 
-// All of so many outputs, in the order in which they are told.
+// All of so many outputs, in the order in which they are listed.
 std::vector<std::string> output_files(std::size_t section_count, int output_count) {
   std::vector<std::string> files{"surface.pvd", metrology_file};
   for (int n = 0; n < output_count; ++n) {
@@ -172,6 +172,7 @@ ResultFolder::ResultFolder(fs::path folder, const Recipe& recipe)
       recipe_(recipe),
       columns_{.materials = recipe.materials,
                .cd_heights = recipe.metrology.cd_heights,
+               .angle_heights = recipe.metrology.angle_heights,
                .films = film_materials(recipe.steps, recipe.occurring),
                .occurring = recipe.occurring} {}
 
@@ -197,7 +198,7 @@ void ResultFolder::start(const Log& log) {
   if (holds_run()) {
     log.info(fmt::format("{}: replaces the run that was here", shown(path_)));
   }
-  // The mark of a complete run goes first, whatever happens on the way; metrics.csv, the mark of a
+  // The mark of a complete run is removed first, whatever happens then; metrics.csv, the mark of a
   // run, is there all the time.
   fs::remove(file("summary.json"));
   remove_files(path_, is_output);
@@ -218,14 +219,14 @@ void ResultFolder::require_same() const {
   try {
     difference = first_difference(recipe_.resolved, there);
   } catch (const InputError& error) {
-    log_.warn(fmt::format("{}: is damaged, and is written anew ({})", shown(file("recipe.toml")),
+    log_.warn(fmt::format("{}: is damaged, and is written again ({})", shown(file("recipe.toml")),
                           error.what()));
     return;
   }
   const std::vector<fs::path> states = states_of(path_);
   throw InputError(fmt::format(
-      "{}: holds a run of another recipe (or of other settings): {}; run without --resume to "
-      "start anew, choose another folder with -o{}",
+      "{}: holds a run of another recipe (or of other settings): {}; run without --resume to start "
+      "again, choose another folder with -o{}",
       shown(file("recipe.toml")), difference,
       states.empty() ? ""
                      : fmt::format(", or begin a recipe with start = \"{}\"",
@@ -238,7 +239,8 @@ std::optional<State> ResultFolder::resume(const Log& log) {
   const std::vector<fs::path> checkpoints = find_files(path_, is_checkpoint);
   require_same();
   if (checkpoints.empty()) {
-    log.warn(fmt::format("{}: nothing here to go on from; the run begins anew", shown(path_)));
+    log.warn(fmt::format("{}: there is no checkpoint here; the run starts from the beginning",
+                         shown(path_)));
     return std::nullopt;
   }
   std::optional<MetricsRows> rows;
@@ -250,13 +252,13 @@ std::optional<State> ResultFolder::resume(const Log& log) {
   std::optional<Restart> restart = newest_restart(checkpoints, rows, recipe_hash(recipe_), log);
   if (!restart) {
     throw InputError(fmt::format(
-        "{}: no checkpoint here can be gone on from; run without --resume to start anew",
+        "{}: none of the checkpoints here can be used; run without --resume to start again",
         shown(path_)));
   }
   written_ = std::move(restart->written);
   last_checkpoint_ = std::move(restart->file);
   log.info(
-      fmt::format("goes on from {}, t = {:.4g} s", shown(last_checkpoint_), restart->state.time));
+      fmt::format("continues from {}, t = {:.4g} s", shown(last_checkpoint_), restart->state.time));
   tell_lost_files();
   restore_metrology();
   remove_files(path_, is_temporary);
@@ -277,10 +279,9 @@ void ResultFolder::tell_lost_files() const {
   });
   const auto tell = [&](const char* what, const std::vector<std::string>& names) {
     if (names.empty()) return;
-    log_.warn(
-        fmt::format("{}: the run goes on, but {} {}; run without --resume to make all files "
-                    "again",
-                    shown(path_), what, first_of(names)));
+    log_.warn(fmt::format(
+        "{}: the run continues, but {} {}; run without --resume to make all files again",
+        shown(path_), what, first_of(names)));
   };
   tell("without", missing);
   std::vector<std::string> changed;
@@ -305,7 +306,7 @@ void ResultFolder::add_hashes() {
 // The rows of time steps that will be done again go.
 void ResultFolder::restore_rows(std::span<const std::string> kept, const State& state) {
   if (kept.empty() && state.time_step > first_time_step(recipe_.start)) {
-    log_.warn(fmt::format("{}: its rows are lost; it begins anew with time step {}",
+    log_.warn(fmt::format("{}: its rows are lost; it starts again with time step {}",
                           shown(file("metrics.csv")), state.time_step));
   }
   std::string rows;
@@ -343,7 +344,7 @@ void ResultFolder::restore_metrology() {
   }
 }
 
-// A write that fails because the folder went in the meantime is told as that.
+// A write that fails because the folder went in the meantime is reported as that.
 template <class Write>
 void ResultFolder::while_held(const Write& write) const {
   lock_.require_held();
@@ -377,7 +378,7 @@ void ResultFolder::set_strange_files_aside() const {
     if (read_file(kept_recipe) == recipe_.resolved) return;
     set_aside(kept_recipe, "was changed");
   } else {
-    log_.warn(fmt::format("{}: was removed; it is written anew", shown(kept_recipe)));
+    log_.warn(fmt::format("{}: was removed; it is written again", shown(kept_recipe)));
   }
   write_file(kept_recipe, recipe_.resolved);
 }
@@ -389,10 +390,9 @@ void ResultFolder::keep_metrics() const {
   const bool is_there = fs::exists(metrics);
   if (is_there && !fs::is_character_file(metrics)) set_aside(metrics, "was changed");
   if (!is_there)
-    log_.warn(
-        fmt::format("{}: was removed while the run writes it; it is written anew with all "
-                    "its rows",
-                    shown(metrics)));
+    log_.warn(fmt::format(
+        "{}: was removed while the run writes it; it is written again with all its rows",
+        shown(metrics)));
   write_file(metrics, metrics_);
 }
 
@@ -424,7 +424,7 @@ void ResultFolder::write_output(const State& state, const Survey& survey) {
   });
 }
 
-// What is etched where an opening ends in a few spacings hangs on the grid and on noise. Films
+// What is etched where an opening ends in a few spacings depends on the grid and on noise. Films
 // close openings as they should.
 void ResultFolder::tell_unresolved(const Metrology& before, double time) {
   const double spacing = recipe_.domain.frame.spacing;
@@ -439,11 +439,12 @@ void ResultFolder::tell_unresolved(const Metrology& before, double time) {
     if (!deepens || *each.bottom_cd >= least_feature_width * spacing ||
         !unresolved_.insert(each.opening).second)
       continue;
-    log_.warn(fmt::format(
-        "t = {:.4g} s: {} {} is etched on where it is {:.3g} nm wide, {:.1f} grid spacings: its "
-        "depth depends on the grid and on noise; use a domain.spacing of {:.3g} nm or less",
-        time, each.is_trench ? "trench" : "hole", each.opening + 1, *each.bottom_cd,
-        *each.bottom_cd / spacing, *each.bottom_cd / least_feature_width));
+    log_.warn(
+        fmt::format("t = {:.4g} s: {} {} is still being etched where it is only {:.3g} nm wide, "
+                    "{:.1f} grid spacings: its depth depends on the grid and on noise; use a "
+                    "domain.spacing of {:.3g} nm or less",
+                    time, each.is_trench ? "trench" : "hole", each.opening + 1, *each.bottom_cd,
+                    *each.bottom_cd / spacing, *each.bottom_cd / least_feature_width));
   }
 }
 

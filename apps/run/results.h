@@ -40,15 +40,15 @@ class ResultFolder {
 
   const std::filesystem::path& path() const { return path_; }
 
-  /// Removes what an earlier run left, of which the log is told, and starts anew.
+  /// Removes what an earlier run left, logs that, and starts anew.
   ///
   /// Throws: InputError when the folder holds no run, but a file that a run would replace.
   void start(const Log& log);
 
   /// Reads the newest checkpoint that is whole and drops the rows of what came after it; files of
-  /// later outputs stay until they are written anew. A recipe and rows of metrology that are lost
-  /// are written again. The log is told where the run goes on, and of what
-  /// was passed over. Empty when there is no checkpoint.
+  /// later outputs stay until they are written again. A recipe and rows of metrology that are lost
+  /// are written again. Logs where the run continues and what it passed over.
+  /// Empty when there is no checkpoint.
   ///
   /// Throws: InputError when the folder holds a run of another recipe, or only damaged checkpoints.
   std::optional<State> resume(const Log& log);
@@ -108,7 +108,7 @@ class ResultFolder {
   std::string metrology_rows_;  ///< metrology.csv so far
   std::optional<Metrology> start_;
   std::optional<Metrology> newest_;  ///< of the last output that was written
-  std::set<int> unresolved_;         ///< openings that were told of
+  std::set<int> unresolved_;         ///< openings that were reported
   std::optional<Sections> sections_;
   std::filesystem::path last_checkpoint_;
   Log log_;

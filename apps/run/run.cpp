@@ -86,7 +86,7 @@ void require_memory_or_save(const Simulation& simulation, double limit, ResultFo
   folder.write_checkpoint(simulation.state());
   throw NumericalError(
       fmt::format("time step {} of step \"{}\", t = {:g} s: the run holds {:.0f} MB of memory, {}; "
-                  "raise it and go on with --resume; last good state: {}",
+                  "raise it and continue with --resume; last good state: {}",
                   simulation.time_step(), simulation.step_name(), simulation.time(), held,
                   memory_limit_text(limit), shown(folder.last_checkpoint())));
 }
@@ -138,7 +138,7 @@ void tell_flux_error(const FluxTarget& flux, const Log& log) {
 
 void tell_left_out(const LeftOutCount& count, const Log& log) {
   if (count.sum() == 0) return;
-  log.info(fmt::format("simplification was left out of {} of {}", count.sum(),
+  log.info(fmt::format("simplification was skipped in {} of {}", count.sum(),
                        counted(count.time_steps, "time step")));
 }
 
@@ -211,12 +211,13 @@ RunEnd run(Recipe given, const std::filesystem::path& path, const RunOptions& op
     survey_or_save(simulation, folder, watchdog);
   }
   require_held_memory(options.memory_limit_mb);
+  // On large surfaces this takes a while.
+  if (begins) warn_of_expensive_flux(simulation, log);
   if (options.begin) options.begin();
   // An earlier run is not given up before this one is known to work.
   if (begins) {
     folder.start(log);
     observer.tell_loose_shapes(state);
-    warn_of_expensive_flux(simulation, log);
     if (recipe.domain.uses_symmetry) log.info("this recipe " + symmetry_text(recipe.domain, found));
   }
   total.add(now.timer);

@@ -19,7 +19,7 @@ struct RunOptions {
   /// When set, a checkpoint is written after the time step, and it is cleared.
   std::atomic<bool>* checkpoint = nullptr;
   double memory_limit_mb = available_memory_mb();  ///< see expected_memory()
-  Log log{};  ///< told of voids, of targets that were not reached, of a run that is replaced
+  Log log{};  ///< gets voids, targets that were not reached, a run that is replaced
   /// Called before the first file is written: until then nothing is lost by ending the process.
   /// May be empty.
   std::function<void()> begin{};

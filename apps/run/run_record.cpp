@@ -84,13 +84,13 @@ double RunCost::seconds() const {
 
 std::string incomplete_warning(const RunRecord& run) {
   if (run.is_complete) return "";
-  return fmt::format("{}: is not complete; scarp run --resume goes on with it", shown(run.where));
+  return fmt::format("{}: is not complete; scarp run --resume continues it", shown(run.where));
 }
 
 void refuse_summary(const fs::path& file) {
   throw InputError(
       fmt::format("{}: is damaged: an entry is not of the kind that scarp run writes; remove it, "
-                  "and scarp run --resume writes it anew",
+                  "and scarp run --resume writes it again",
                   shown(file)));
 }
 

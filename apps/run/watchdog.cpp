@@ -21,8 +21,8 @@ constexpr double most_time_steps = 1e8;   // of a step: a recipe is refused from
 constexpr double many_bad_slopes = 0.05;  // part of the nodes next to the surface
 constexpr double most_bad_slopes = 0.5;
 constexpr double many_time_steps = 1e6;  // of a step: a day at a tenth of a second each
-// Part of the particles. Flux that is off by more may be so in its sum, up to a bound beyond which
-// it is worth a word.
+// Part of the particles. Flux with a larger error may have it in its sum, up to a bound beyond
+// which it is worth a word.
 constexpr double most_unbalanced = 0.01;
 constexpr double most_by_flux_error = 0.05;
 constexpr double largest_surplus = 0.1;  // part of the volume that moved
@@ -91,9 +91,9 @@ void Watchdog::close_balance() {
   const double part = balance.surplus / balance.moved;
   if (std::abs(balance.surplus) <= largest_surplus * balance.moved + balance.of_edges) return;
   find(unbalanced_volume_, std::abs(part),
-       fmt::format("step \"{}\": the solid has {:.3g} nm^3 {} than speeds and areas say, {:.2g} of "
-                   "all that moved: the grid is too coarse for what happens; lower domain.spacing "
-                   "or advection.cfl",
+       fmt::format("step \"{}\": the solid has {:.3g} nm^3 {} than follows from speeds and areas, "
+                   "{:.2g} of the volume that moved: the grid is too coarse for this step; lower "
+                   "domain.spacing or advection.cfl",
                    steps_[balance.step].name, std::abs(balance.surplus), part > 0 ? "more" : "less",
                    std::abs(part)));
 }
@@ -185,11 +185,11 @@ void Watchdog::sum_up() {
     if (finding.count < 2) return;
     log_.warn(fmt::format("{} of {}: {}, {:.2g} at worst", finding.count, of, what, finding.worst));
   };
-  tell(bad_slopes_, "|grad phi| off 1 on a part of it", counted(surfaces_, "surface"));
+  tell(bad_slopes_, "|grad phi| is not 1 on a part of it", counted(surfaces_, "surface"));
   tell(many_time_steps_, "many more to the end of the step", counted(time_steps_, "time step"));
   tell(unbalanced_flux_, "particles missing or too many", counted(time_steps_, "time step"));
   tell(poles_, "facets without an error in position", counted(time_steps_, "time step"));
-  tell(unbalanced_volume_, "the solid changed by other than speeds and areas say",
+  tell(unbalanced_volume_, "the volume of the solid does not follow speeds and areas",
        counted(balances_closed_, "step"));
 }
 

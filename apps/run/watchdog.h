@@ -42,7 +42,7 @@ class Watchdog {
   void sum_up();
 
  private:
-  /// Something that is told the first time and counted then. The worst has the largest measure.
+  /// Something that is reported the first time and then counted. The worst has the largest measure.
   struct Finding {
     std::size_t count = 0;
     double worst = 0;

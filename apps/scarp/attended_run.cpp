@@ -32,7 +32,7 @@ std::atomic<bool> is_under_way{false};
 
 // The second one ends the process at once, and so does the first while a run is prepared.
 void on_interrupt(int signal) {
-  if (signal == SIGINT && !is_under_way) _exit(interrupted);
+  if (!is_under_way) _exit(interrupted);
   interrupt_requested = true;
   std::signal(signal, SIG_DFL);
   // The flux that is being solved may take a while.
@@ -187,7 +187,7 @@ std::string how_to_go_on(const std::filesystem::path& folder) {
   const std::filesystem::path recipe = folder / "recipe.toml";
   if (!std::filesystem::exists(recipe) || states_of(folder).empty())
     return "run again: nothing was saved yet";
-  return fmt::format("go on with: scarp run {} --resume -o {}", for_shell(recipe.string()),
+  return fmt::format("continue with: scarp run {} --resume -o {}", for_shell(recipe.string()),
                      for_shell(folder.string()));
 }
 

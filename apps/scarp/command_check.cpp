@@ -3,6 +3,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "apps/estimate/blanket_rates.h"
 #include "apps/estimate/estimate.h"
 #include "apps/run/restart.h"
 #include "apps/run/results.h"
@@ -48,10 +49,36 @@ void print_left_out(const CostEstimate& cost, std::span<const ProcessStep> steps
                reason_of(choice));
 }
 
+nlohmann::ordered_json rates_of(const Recipe& recipe) {
+  nlohmann::ordered_json steps = nlohmann::ordered_json::array();
+  for (const StepRates& rates : blanket_rates(recipe.steps, recipe.materials.size())) {
+    nlohmann::ordered_json speeds = nlohmann::ordered_json::object();
+    nlohmann::ordered_json selectivities = nlohmann::ordered_json::object();
+    for (const BlanketRate& rate : rates.rates) {
+      const std::string& name = recipe.materials[rate.material].name;
+      speeds[name] = rate.speed;
+      if (const auto selectivity = rates.selectivity_to(rate)) selectivities[name] = *selectivity;
+    }
+    steps.push_back({{"step", rates.step},
+                     {"name", recipe.steps[rates.step].name},
+                     {"rates_nm_s", speeds},
+                     {"selectivity_to", selectivities}});
+  }
+  return steps;
+}
+
+void print_rates(const Recipe& recipe) {
+  const std::vector<StepRates> all = blanket_rates(recipe.steps, recipe.materials.size());
+  if (all.empty()) return;
+  fmt::print("# Rates on an open flat wafer, and selectivities:\n");
+  for (const StepRates& rates : all)
+    fmt::print("#   {}: {}\n", recipe.steps[rates.step].name, text_of(rates, recipe.materials));
+}
+
 void print_ends(const CostEstimate& cost, std::span<const ProcessStep> steps,
                 const Materials& materials, const Frame& frame) {
   if (cost.ends.empty()) return;
-  fmt::print("# Ends of steps, as the start geometry would go on:\n");
+  fmt::print("# Ends of steps, extrapolated from the start geometry:\n");
   for (const ExpectedEnd& end : cost.ends) {
     const ProcessStep& step = steps[end.step];
     const bool is_known = end.duration < step.duration;
@@ -113,6 +140,7 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
         {"at_most", cost.at_most},
         {"mirror_planes", names_of(found.planes)},
         {"simplify_left_out", left_out_of(cost, recipe.steps)},
+        {"blanket_rates", rates_of(recipe)},
         {"ends", ends_of(cost, recipe.steps, recipe.materials, recipe.domain.frame)}};
     std::cout << result.dump(2) << '\n';
     return done;
@@ -121,6 +149,7 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
   if (const std::string text = symmetry_text(recipe.domain, found); !text.empty())
     fmt::print("# Symmetry: {}\n", text);
   print_left_out(cost, recipe.steps);
+  print_rates(recipe);
   print_ends(cost, recipe.steps, recipe.materials, recipe.domain.frame);
   const std::string seconds =
       cost.seconds < 10 ? fmt::format("{:.2g}", cost.seconds) : fmt::format("{:.0f}", cost.seconds);
@@ -133,10 +162,10 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
       "#   memory      {}\n"
       "#   time        {} {} s on {} of this machine\n"
       "# Results would go to {}\n",
-      cost.at_most ? "; of repeats with an until all rounds" : "", cost.active_nodes, cost.lowest,
-      cost.highest, cost.facets, cost.facets_full, cost.time_steps, cost.rays_per_time_step,
-      memory_text(cost.memory), cost.at_most ? "at most about" : "about", seconds,
-      counted(static_cast<std::size_t>(thread_count()), "thread"),
+      cost.at_most ? "; counting all rounds of repeats with until" : "", cost.active_nodes,
+      cost.lowest, cost.highest, cost.facets, cost.facets_full, cost.time_steps,
+      cost.rays_per_time_step, memory_text(cost.memory), cost.at_most ? "at most about" : "about",
+      seconds, counted(static_cast<std::size_t>(thread_count()), "thread"),
       shown(arguments.result_folder()));
   return done;
 }

@@ -52,7 +52,7 @@ Variant in_mode(const std::string& mode, const Frame& frame) {
   const char* sides = frame.boundary[0] == Boundary::periodic ? "\"periodic\"" : "\"reflective\"";
   variant.overrides.push_back(fmt::format("domain.mode=\"{}\"", mode));
   if (mode == "3d") {
-    const std::string along = frame.axisymmetric ? extent : nm(slice_length * frame.spacing);
+    const std::string along = frame.is_around_axis() ? extent : nm(slice_length * frame.spacing);
     variant.overrides.push_back(fmt::format("domain.extent=[{}, {}]", extent, along));
     variant.overrides.push_back(fmt::format("domain.boundary=[{}, \"reflective\"]", sides));
   } else {
@@ -181,17 +181,17 @@ ExitCode write_results(const fs::path& folder, std::span<const ComparisonCase> c
 ExitCode compare_variants(const CompareArguments& arguments, const CommonOptions& common) {
   const Recipe recipe = read_runnable(arguments.recipe, arguments.set);
   if (recipe.domain.frame.is_section() && arguments.modes.empty()) {
-    throw InputError(fmt::format(
-        "{}: in two dimensions the mesh is not simplified: there is nothing to compare, but "
-        "--modes 3d,{} compares it with the same in three dimensions",
-        shown(arguments.recipe), mode_name(recipe.domain.frame)));
+    throw InputError(
+        fmt::format("{}: in two dimensions the mesh is not simplified, so there is nothing to "
+                    "compare; use --modes 3d,{} to compare it with three dimensions",
+                    shown(arguments.recipe), mode_name(recipe.domain.frame)));
   }
   const fs::path folder = arguments.result_folder();
   const Runner runner(arguments, common);
   const std::vector<Variant> variants =
       variants_of(arguments, recipe.domain.frame, recipe.simplification);
   const std::uint64_t seed = recipe.flux.options.seed;
-  // What cannot be run is told before anything is.
+  // What cannot be run is refused before anything runs.
   for (const Variant& variant : variants) runner.recipe_of(variant, seed);
   // Of the whole comparison: each run holds its own folder, but only while it lasts.
   const FolderLock lock(folder);
@@ -200,7 +200,7 @@ ExitCode compare_variants(const CompareArguments& arguments, const CommonOptions
   for (const Variant& variant : variants) {
     const auto group = runner.run(variant, groups.empty() ? seed : seed + 1);
     if (!group) {
-      tell("interrupted; the same command goes on with what is there\n");
+      tell("interrupted; run the same command again to continue\n");
       return interrupted;
     }
     groups.push_back(*group);

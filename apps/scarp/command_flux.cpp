@@ -151,10 +151,10 @@ void warn_of_leaks(const FluxAudit& audit) {
 void warn_of_fault(const TriMesh& mesh, const Sides& sides) {
   const auto fault = surface_fault(mesh, sides);
   if (!fault) return;
-  tell(fmt::format(
-      "warning: the mesh is not the border of a solid: {} at ({:.4g}, {:.4g}, {:.4g}); the flux "
-      "there and around is that of no surface\n",
-      fault->text, fault->r.x, fault->r.y, fault->r.z));
+  tell(
+      fmt::format("warning: the mesh is not the border of a solid: {} at ({:.4g}, {:.4g}, {:.4g}); "
+                  "the flux there and nearby is meaningless\n",
+                  fault->text, fault->r.x, fault->r.y, fault->r.z));
 }
 
 // A simplified mesh looks as if it came from a coarser grid, on whose scale the flux is resolved.

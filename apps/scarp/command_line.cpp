@@ -48,7 +48,7 @@ CLI::Validator moderate() {
   return {[](const std::string& text) -> std::string {
             double value = 0;
             if (!CLI::detail::lexical_cast(text, value) || std::abs(value) <= largest) return "";
-            return fmt::format("\"{}\" is beyond the numbers that make sense here (1e12)", text);
+            return fmt::format("\"{}\" is too large: at most 1e12 makes sense here", text);
           },
           ""};
 }
@@ -118,9 +118,9 @@ void add_common_options(CLI::App& command, CommonOptions& common) {
   command.add_option("--threads", common.threads, "Number of threads (default: all cores)")
       ->transform(count())
       ->check(number("4096 or less", [](double x) { return x <= 4096; }));
-  command.add_flag("--quiet", common.quiet,
-                   "No progress and no notes: results, warnings and errors");
-  command.add_flag("--json", common.json, "One JSON object on standard output, nothing else there");
+  command.add_flag("--quiet", common.quiet, "Print only results, warnings and errors");
+  command.add_flag("--json", common.json,
+                   "Print one JSON object on standard output and nothing else");
 }
 
 /// An empty name would be taken as none: a variable of a script that is not set.
@@ -152,34 +152,36 @@ void add_memory_limit(CLI::App& command, MemoryArguments& arguments, const char*
 
 void add_arguments(CLI::App& command, RunArguments& arguments) {
   add_recipe_arguments(command, arguments);
-  command.add_flag("--resume", arguments.resume, "Go on from the last checkpoint in the folder");
+  command.add_flag("--resume", arguments.resume, "Continue from the last checkpoint in the folder");
   add_memory_limit(command, arguments,
-                   "A run that takes more ends, for example 8GB (default: what the machine has)");
+                   "Stop a run that needs more, for example 8GB (default: what the machine has)");
 }
 
 void add_arguments(CLI::App& command, CheckArguments& arguments) {
   add_recipe_arguments(command, arguments);
   add_memory_limit(command, arguments,
-                   "A run that takes more would be refused (default: what the machine has)");
+                   "Report a run that needs more (default: what the machine has)");
 }
 
 void add_arguments(CLI::App& command, PreviewArguments& arguments) {
   add_recipe_arguments(command, arguments);
   add_memory_limit(command, arguments,
-                   "A wafer that takes more is refused (default: what the machine has)");
+                   "Refuse a wafer that needs more (default: what the machine has)");
 }
 
 void add_arguments(CLI::App& command, SimplifyArguments& arguments) {
   SimplifyOptions& options = arguments.options;
   command.add_option("in", arguments.in, "Mesh: .obj .ply .stl .vtp")->required();
-  command.add_option("out", arguments.out, "Result, the format by its ending")->required();
+  command.add_option("out", arguments.out, "Result; the ending of its name selects the format")
+      ->required();
   command
       .add_option("--method", arguments.method,
                   "curvature (default), paper, lindstrom-turk or length")
       ->check(method());
   command
       .add_option("--spacing", options.spacing,
-                  "Grid spacing the mesh came from (default: from the length of its edges)")
+                  "Grid spacing of the simulation that the mesh is from (default: estimated from "
+                  "its edges)")
       ->check(above_zero());
   auto* remove = command.add_option("--remove", options.remove, "Fraction of vertices to remove")
                      ->check(fraction_to_remove());
@@ -188,28 +190,29 @@ void add_arguments(CLI::App& command, SimplifyArguments& arguments) {
       ->excludes(remove);
   command
       .add_option("--max-error", options.max_error,
-                  "Bound on the distance, both ways, in the unit of the mesh (default without a "
-                  "number of vertices: 0.1 spacings)")
+                  "Largest distance between the two surfaces, in the unit of the mesh (default: "
+                  "0.1 spacings, or none if a number of vertices is given)")
+      ->check(not_negative());
+  command
+      .add_option("--l0", options.l0,
+                  "Shortest edge at features, in the unit of the mesh (default: 0.6 spacings)")
       ->check(not_negative());
   command
       .add_option(
-          "--l0", options.l0,
-          "Shortest edge wanted at features, in the unit of the mesh (default: 0.6 spacings)")
-      ->check(not_negative());
-  command
-      .add_option("--step-length", options.step_length,
-                  "Growth of the edge length per region, likewise (default: 2 spacings)")
+          "--step-length", options.step_length,
+          "Growth of the edge length per region, in the unit of the mesh (default: 2 spacings)")
       ->check(not_negative());
   command
       .add_option("--l-max", options.l_max,
-                  "Longest edge wanted in flat regions, likewise (default: any)")
+                  "Longest edge in flat regions, in the unit of the mesh (default: any)")
       ->check(not_negative());
-  command.add_option("--curvature-threshold", options.curvature_threshold,
-                     "Mean curvature above which a vertex is a feature (default: from the noise)");
+  command.add_option(
+      "--curvature-threshold", options.curvature_threshold,
+      "Mean curvature above which a vertex is a feature (default: estimated from the noise)");
   command.add_option(
       "--shape-weight", options.shape_weight,
-      "Good shapes against small distances, for curvature, in squared spacings (default: 5e-6 to a "
-      "number of vertices, else 4e-6)");
+      "Weight of good facet shapes against small distances, in squared spacings; for the method "
+      "curvature (default: 4e-6, or 5e-6 if a number of vertices is given)");
 }
 
 void add_arguments(CLI::App& command, FluxArguments& arguments) {
@@ -219,7 +222,7 @@ void add_arguments(CLI::App& command, FluxArguments& arguments) {
       ->check(probability());
   command
       .add_option("--source-power", arguments.source_power,
-                  "Power of the cosine of the source (default: 1)")
+                  "Cosine power of the source (default: 1)")
       ->check(not_negative());
   add_choice(command, "--engine", "forward, gather or auto (default)", options.engine,
              {{"auto", FluxOptions::Engine::automatic},
@@ -227,28 +230,25 @@ void add_arguments(CLI::App& command, FluxArguments& arguments) {
               {"gather", FluxOptions::Engine::gather}});
   auto* rays =
       command
-          .add_option(
-              "--rays", options.rays,
-              "Number of rays; no target then. forward: of particles from the source, in "
-              "whole batches of 32; gather: of rays from all facets together, at "
-              "most this many, but 4096 or more in all and 8 from each element of about two "
-              "spacings")
+          .add_option("--rays", options.rays,
+                      "Fixed number of rays in place of a target. forward: particles from the "
+                      "source, rounded up to batches of 32. gather: most rays of all facets "
+                      "together; at least 4096, and 8 from each element of about two spacings")
           ->transform(count());
   command
       .add_option("--target-error", options.target_error,
-                  "Rays are added until this error (default: 0.01)")
+                  "Add rays until the error is below this (default: 0.01)")
       ->check(above_zero())
       ->excludes(rays);
   command
       .add_option("--max-rays", options.max_rays,
-                  "Cap on the rays for the target, with the same least numbers as --rays: 32 "
-                  "(forward), 4096 in all and 8 from each element (gather) "
-                  "(default: 2^28)")
+                  "Most rays for the target, with the same least numbers as --rays: 32 (forward), "
+                  "4096 in all and 8 from each element (gather) (default: 2^28)")
       ->transform(count());
   command.add_option(
       "--spacing", options.spacing,
-      "Grid spacing the mesh came from (default: from its facets, as if they had not been "
-      "simplified: it sets the size of the elements of a gathered flux)");
+      "Grid spacing of the simulation that the mesh is from; it sets the element size of gather "
+      "(default: estimated from the facets, as if they were not simplified)");
   command.add_option("--seed", options.seed, "Seed of the random numbers (default: 1)")
       ->check(not_negative());
   add_choice(command, "--boundary", "reflective (default) or periodic sides", arguments.boundary,
@@ -265,23 +265,31 @@ void add_arguments(CLI::App& command, DistanceArguments& arguments) {
 void add_arguments(CLI::App& command, MeasureArguments& arguments) {
   command
       .add_option("where", arguments.where,
-                  "Result folder of a run, for its newest state, or a state (.vdb)")
+                  "Result folders of runs, for their newest states, or states (.vdb)")
       ->required();
-  command.add_option("--start", arguments.start,
-                     "State to compare masks and depths with (default: state_0000.vdb beside the "
-                     "state)");
+  command.add_flag("--all", arguments.all, "Measure all outputs of the result folders");
+  command.add_option("-o,--output", arguments.output,
+                     "CSV file for a table with one line per opening (default: standard output for "
+                     "several states)");
+  command.add_option(
+      "--start", arguments.start,
+      "State to compare masks and depths with (default: state_0000.vdb next to the state)");
   command
-      .add_option(
-          "--mask", arguments.masks,
-          "Material that is a mask, may be repeated; none if there is none (default: as the recipe "
-          "says, see [metrology])")
+      .add_option("--mask", arguments.masks,
+                  "Material that is a mask; repeat for several, or write none (default: "
+                  "[metrology] of the recipe)")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command
       .add_option("--cd-at", arguments.cd_at,
-                  "Height at which widths are wanted, may be repeated, for example '-0.5 um'; z = "
-                  "0 is the surface "
-                  "of the wafer (default: as the recipe says)")
+                  "Height at which to measure widths, for example '-0.5 um'; repeat for several; z "
+                  "= 0 is the surface of the wafer (default: [metrology] of the recipe)")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  command
+      .add_option("--angle-at", arguments.angle_at,
+                  "Height at which to measure the angles of both walls; repeat for several (default: "
+                  "[metrology] of the recipe)")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
 }
@@ -304,40 +312,42 @@ void add_tolerances(CLI::App& command, Tolerances& allowed) {
   };
   add("--length-cells", "Allowed difference of widths and depths, in spacings",
       allowed.length_cells);
-  add("--length-part", "Besides, as a part of the value", allowed.length_part);
+  add("--length-part", "In addition, this part of the value", allowed.length_part);
   add("--film-cells", "Allowed difference of films and step coverages, in spacings of thickness",
       allowed.film_cells);
-  add("--film-part", "Besides, as a part of the value", allowed.film_part);
+  add("--film-part", "In addition, this part of the value", allowed.film_part);
   add("--volume-cells",
       "Allowed difference of volumes of materials, in spacings times the area of their surface",
       allowed.volume_cells);
-  add("--volume-part", "Besides, as a part of the value", allowed.volume_part);
+  add("--volume-part", "In addition, this part of the value", allowed.volume_part);
   add("--mean-distance", "Mean distance between the surfaces, in spacings", allowed.mean_distance);
-  add("--p99-distance", "Distance that 99 of 100 places keep, in spacings", allowed.p99_distance);
+  add("--p99-distance", "Distance that 99 % of the places stay within, in spacings",
+      allowed.p99_distance);
 }
 
 void add_arguments(CLI::App& command, CompareArguments& arguments) {
   command
       .add_option("recipe", arguments.recipe,
-                  "Recipe (.toml), run simplified and on the full mesh; or a result folder or a "
-                  "state (.vdb), or several between commas, whose seeds differ")
+                  "Recipe (.toml) to run with and without simplification; or a result folder or a "
+                  "state (.vdb), or several of different seeds, separated by commas")
       ->required();
   command.add_option("with", arguments.with,
-                     "What runs or states are compared with: others, between commas, or a contour "
-                     "(.csv with a head such as 'x [um],z [um]')");
-  command.add_option("--seeds", arguments.seeds, "Runs of each (default: 3)")->transform(count());
+                     "What to compare with: result folders or states, separated by commas, or a "
+                     "contour (.csv with a header such as 'x [um],z [um]')");
+  command.add_option("--seeds", arguments.seeds, "Runs of each variant (default: 3)")
+      ->transform(count());
   command
       .add_option("--methods", arguments.methods,
-                  "Methods of simplification to compare with the full mesh, for example "
+                  "Simplification methods to compare with the full mesh, for example "
                   "paper,curvature (default: that of the recipe)")
       ->delimiter(',')
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->check(method());
   command
-      .add_option("--modes", arguments.modes,
-                  "Compare the recipe in three dimensions with its section or the section around "
-                  "its axis instead: 3d,2d or 3d,axisymmetric, the reference first")
+      .add_option(
+          "--modes", arguments.modes,
+          "Compare modes of the recipe instead, the reference first: 3d,2d or 3d,axisymmetric")
       ->check(modes())
       ->excludes("--methods");
   command.add_option("--line", arguments.line,
@@ -349,8 +359,8 @@ void add_arguments(CLI::App& command, CompareArguments& arguments) {
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   add_output(command, arguments.output,
-             "Folder for compare.json, report.html and the runs (default: results/<recipe "
-             "name>; of given runs results/compare)");
+             "Folder for compare.json, report.html and the runs (default: results/<recipe name>, "
+             "or results/compare for given runs)");
   add_tolerances(command, arguments.tolerances);
 }
 
@@ -361,7 +371,7 @@ void add_arguments(CLI::App& command, RenderArguments& arguments) {
       ->required();
   add_output(command, arguments.output, "Picture (default: picture.png)");
   command.add_option("--cut", arguments.cut,
-                     "Where the wafer is cut open, what lies before is left out: 'y = 0 nm' "
+                     "Cut the wafer open here and leave out what is in front: 'y = 0 nm' "
                      "(default), 'x = 1 um' or none");
   command
       .add_option("--azimuth", arguments.azimuth,
@@ -372,8 +382,9 @@ void add_arguments(CLI::App& command, RenderArguments& arguments) {
                   "Height of the eye in degrees, up to 90 (default: 35)")
       ->check(number("a number above 0 and up to 90", [](double x) { return x > 0 && x <= 90; }));
   command
-      .add_option("--width", arguments.width,
-                  "Pixels (default: 1200); fewer where it would be more than twice as high")
+      .add_option(
+          "--width", arguments.width,
+          "Width in pixels (default: 1200); less if the picture would be more than twice as high")
       ->check(number("a number of 16 to 16384", [](double x) { return x >= 16 && x <= 16384; }));
 }
 
@@ -394,7 +405,7 @@ void add_arguments(CLI::App& command, BaselineArguments& arguments) {
   command.add_option("suite", arguments.suite, "Folder of recipes (.toml)")->required();
   command
       .add_option("--seeds", arguments.seeds,
-                  "Runs of each recipe that tolerances are from, when created (default: 7)")
+                  "Runs of each recipe from which create derives tolerances (default: 7)")
       ->transform(count());
   command.add_option("--set", arguments.set, "Change a value of all recipes: PATH=VALUE")
       ->expected(1)
@@ -408,12 +419,23 @@ void add_arguments(CLI::App& command, VolumeArguments& arguments) {
       .add_option("where", arguments.where,
                   "Result folder of a run, for its newest state, or a state (.vdb)")
       ->required();
-  add_output(command, arguments.output,
-             "Writes NAME_MATERIAL.ENDING for each material: .stl .obj .ply .vtp .vtu "
-             "(default: volume.stl)");
+  add_output(
+      command, arguments.output,
+      "All materials in one mesh with shared interfaces: .msh (gmsh 4.1) .smesh (tetgen) .vtu; "
+      "or NAME_MATERIAL.ENDING for each material: .stl .obj .ply .vtp (default: volume.stl)");
   command.add_option("--bottom", arguments.bottom,
                      "Height at which the wafer ends, for example '-2 um' (default: ten spacings "
                      "below its lowest point)");
+  command.add_flag("--gas", arguments.gas, "The gas above is a region, too, and closed voids are");
+  command
+      .add_option("--top", arguments.top,
+                  "Height at which the gas ends (default: ten spacings above the highest point)")
+      ->needs("--gas");
+  command.add_option("--size", arguments.size,
+                     "Length of edges where the surface is flat, for example '40 nm' (default: "
+                     "four spacings)");
+  command.add_flag("--tetrahedra", arguments.tetrahedra,
+                   "Fill the regions with tetrahedra, by tetgen or gmsh: .msh .vtu");
 }
 
 void add_arguments(CLI::App& command, ModelsArguments& arguments) {
@@ -526,26 +548,28 @@ std::variant<CommandLine, ExitCode> read_command_line(int argc, char** argv) {
   add_command<PreviewArguments>(app, "preview",
                                 "Write the start geometry of a recipe, without running it", line);
   add_command<SimplifyArguments>(app, "simplify", "Reduce a surface mesh by edge collapse", line);
-  add_command<FluxArguments>(app, "flux", "What arrives on a mesh, relative to the source", line);
-  add_command<DistanceArguments>(app, "distance", "Distance between two surfaces", line);
+  add_command<FluxArguments>(app, "flux", "Compute the flux on a mesh, relative to the source",
+                             line);
+  add_command<DistanceArguments>(app, "distance", "Measure the distance between two surfaces",
+                                 line);
   add_command<MeasureArguments>(
-      app, "measure", "Metrology of a run or a state: depths, widths, films, voids", line);
+      app, "measure", "Measure depths, widths, films and voids of a run or a state", line);
   add_command<SectionArguments>(
-      app, "section", "Cut a run or a state along any line: a picture and its points", line);
+      app, "section", "Cut a run or a state along any line; write a picture and its points", line);
   add_command<CompareArguments>(
       app, "compare",
-      "A recipe simplified and not, in 2D and 3D, or two runs, side by side, with a verdict", line);
-  add_command<BaselineArguments>(
-      app, "baseline", "Keep what recipes give, and notice when they give something else", line);
-  add_command<ReportArguments>(
-      app, "report", "A run or a comparison as one page: in space, in section, in numbers", line);
-  add_command<RenderArguments>(app, "render",
-                               "A picture of a run or a state in space, cut open (.png)", line);
-  add_command<VolumeArguments>(
-      app, "volume", "Each material of a run or a state as a closed surface, for other tools",
+      "Compare a recipe with and without simplification, 2D with 3D, or two runs; give a verdict",
       line);
-  add_command<ModelsArguments>(app, "models",
-                               "The process models with their parameters, units and sources", line);
+  add_command<BaselineArguments>(app, "baseline",
+                                 "Store the results of recipes, and report when they change", line);
+  add_command<ReportArguments>(
+      app, "report", "Write a run or a comparison as one page: 3D view, sections, numbers", line);
+  add_command<RenderArguments>(app, "render", "Draw a run or a state in 3D, cut open (.png)", line);
+  add_command<VolumeArguments>(
+      app, "volume", "Write each material of a run or a state as a closed surface, for other tools",
+      line);
+  add_command<ModelsArguments>(
+      app, "models", "List the process models with their parameters, units and sources", line);
   try {
     parse(app, argc, argv);
   } catch (const CLI::ParseError& error) {

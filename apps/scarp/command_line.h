@@ -82,10 +82,13 @@ struct DistanceArguments {
 };
 
 struct MeasureArguments {
-  std::string where;  ///< a result folder or a state
+  std::vector<std::string> where;  ///< result folders and states
+  bool all = false;                ///< outputs of the folders
+  std::string output;              ///< a CSV file; empty for standard output
   std::string start;
   std::vector<std::string> masks;
-  std::vector<std::string> cd_at;  ///< heights with their units
+  std::vector<std::string> cd_at;     ///< heights with their units
+  std::vector<std::string> angle_at;  ///< likewise
 };
 
 struct SectionArguments {
@@ -98,6 +101,11 @@ struct VolumeArguments {
   std::string where;  ///< a result folder or a state
   std::string output = "volume.stl";
   std::string bottom;  ///< a height with its unit; empty: below the wafer
+  // Of all regions in one mesh:
+  bool gas = false;
+  std::string top;   ///< where the gas ends, likewise; empty: above the wafer
+  std::string size;  ///< of edges, a length; empty: four spacings
+  bool tetrahedra = false;
 };
 
 struct RenderArguments {

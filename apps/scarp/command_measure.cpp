@@ -12,8 +12,10 @@
 #include "apps/scarp/commands.h"
 #include "core/error.h"
 #include "core/printable.h"
+#include "core/recipe/csv.h"
 #include "core/recipe/quantity.h"
 #include "core/suggestion.h"
+#include "core/system/atomic_file.h"
 
 namespace scarp {
 
@@ -28,15 +30,22 @@ std::optional<fs::path> start_file(const MeasureArguments& arguments, const fs::
   return fs::exists(beside) ? std::optional(beside) : std::nullopt;
 }
 
-double height_of(const std::string& text) {
+double height_of(const std::string& option, const std::string& text) {
   try {
     const double height = parse_quantity(text, Dimension::length);
     if (std::abs(height) <= longest_length) return height;
   } catch (const InputError& error) {
-    throw InputError(fmt::format("--cd-at: {}", error.what()));
+    throw InputError(fmt::format("{}: {}", option, error.what()));
   }
-  throw InputError(fmt::format("--cd-at: \"{}\" is beyond {}", text,
+  throw InputError(fmt::format("{}: \"{}\" is beyond {}", option, text,
                                format_quantity(longest_length, Dimension::length)));
+}
+
+/// Those of the recipe, unless some are given.
+void set_heights(const std::string& option, const std::vector<std::string>& given,
+                 std::vector<double>& heights) {
+  if (!given.empty()) heights.clear();
+  for (const std::string& height : given) heights.push_back(height_of(option, height));
 }
 
 /// A material that is, or was at the start, on the wafer.
@@ -67,33 +76,123 @@ std::optional<SavedWafer> read_start(const MeasureArguments& arguments, const fs
                   shown(*earlier), shown(file)));
 }
 
-}  // namespace
+/// A state and what is measured of it.
+struct Measured {
+  fs::path file;
+  double time = 0;
+  MetrologyOptions options{};
+  Metrology metrology{};
+};
 
-ExitCode execute(const MeasureArguments& arguments, const CommonOptions& common) {
-  const fs::path file = newest_state(arguments.where);
-  SavedWafer wafer = read_wafer(file);
+/// Materials that are known already keep their numbers, and those of the state are added to them.
+Measured measured(const fs::path& file, const MeasureArguments& arguments, Materials& known,
+                  std::vector<MaterialId>& occurring) {
+  SavedWafer wafer = read_wafer(file, known);
   const std::optional<SavedWafer> before = read_start(arguments, file, wafer);
   std::vector<const Layers*> wafers{&wafer.layers};
   if (before) wafers.push_back(&before->layers);
-  const Materials& materials = before ? before->materials : wafer.materials;
+  known = before ? before->materials : wafer.materials;
   MetrologyOptions& options = wafer.metrology;
   if (!arguments.masks.empty()) options.masks.clear();
   for (const std::string& mask : arguments.masks)
-    if (mask != "none") options.masks.push_back(mask_of(mask, materials, wafers));
-  if (!arguments.cd_at.empty()) options.cd_heights.clear();
-  for (const std::string& height : arguments.cd_at) options.cd_heights.push_back(height_of(height));
+    if (mask != "none") options.masks.push_back(mask_of(mask, known, wafers));
+  set_heights("--cd-at", arguments.cd_at, options.cd_heights);
+  set_heights("--angle-at", arguments.angle_at, options.angle_heights);
+  for (const Layer& layer : wafer.layers.stack)
+    if (std::ranges::find(occurring, layer.material) == occurring.end())
+      occurring.push_back(layer.material);
 
   std::optional<Metrology> start;
   if (before) start = measure(before->layers, options, nullptr, before->openings);
-  const Metrology found = measure(wafer.layers, options, start ? &*start : nullptr, wafer.openings);
+  Metrology found = measure(wafer.layers, options, start ? &*start : nullptr, wafer.openings);
+  return {file, wafer.time, options, std::move(found)};
+}
 
-  const MetrologyNames names{.materials = wafer.materials, .options = options};
-  if (common.json) {
-    nlohmann::ordered_json json{{"state", file.string()}, {"time_s", wafer.time}};
-    json.update(metrology_json(found, names));
+void print_one(const Measured& found, const Materials& materials, bool as_json) {
+  const MetrologyNames names{.materials = materials, .options = found.options};
+  if (as_json) {
+    nlohmann::ordered_json json{{"state", found.file.string()}, {"time_s", found.time}};
+    json.update(metrology_json(found.metrology, names));
     std::cout << json.dump(2) << '\n';
   } else {
-    fmt::print("{}, t = {:.6g} s\n\n{}", shown(file), wafer.time, metrology_table(found, names));
+    fmt::print("{}, t = {:.6g} s\n\n{}", shown(found.file), found.time,
+               metrology_table(found.metrology, names));
+  }
+}
+
+std::vector<fs::path> files_of(const MeasureArguments& arguments) {
+  std::vector<fs::path> files;
+  for (const std::string& where : arguments.where) {
+    if (!arguments.all || !fs::is_directory(where)) {
+      files.push_back(newest_state(where));
+      continue;
+    }
+    const std::vector<fs::path> states = states_of(where);
+    if (states.empty()) newest_state(where);  // which says what is missing
+    files.insert(files.end(), states.begin(), states.end());
+  }
+  return files;
+}
+
+/// The lines of metrology.csv, each with the run and the state that it is of.
+std::string csv_of(std::span<const Measured> all, const Materials& materials,
+                   const std::vector<MaterialId>& occurring) {
+  // Heights are the columns: all states have those of the first one.
+  const MetrologyColumns columns{.materials = materials,
+                                 .cd_heights = all.front().options.cd_heights,
+                                 .angle_heights = all.front().options.angle_heights,
+                                 .films = occurring,
+                                 .occurring = occurring};
+  std::string text = "run,state," + metrology_head(columns);
+  std::size_t output = 0;
+  for (std::size_t n = 0; n < all.size(); ++n) {
+    const fs::path folder = all[n].file.parent_path();
+    output = n > 0 && folder == all[n - 1].file.parent_path() ? output + 1 : 0;
+    const std::string prefix =
+        csv_field(folder.string()) + ',' + csv_field(all[n].file.filename().string()) + ',';
+    const std::string rows = metrology_rows(output, all[n].time, all[n].metrology, columns);
+    for (std::size_t begin = 0; begin < rows.size();) {
+      const std::size_t end = rows.find('\n', begin) + 1;
+      text += prefix + rows.substr(begin, end - begin);
+      begin = end;
+    }
+  }
+  return text;
+}
+
+/// All states of a table have to be asked for the same heights.
+void require_same_heights(std::span<const Measured> all) {
+  for (const Measured& each : all) {
+    const MetrologyOptions& first = all.front().options;
+    if (each.options.cd_heights == first.cd_heights &&
+        each.options.angle_heights == first.angle_heights)
+      continue;
+    throw InputError(
+        fmt::format("{}: its recipe has other cd_at or angle_at than that of {}; give "
+                    "the heights with --cd-at and --angle-at",
+                    shown(each.file), shown(all.front().file)));
+  }
+}
+
+}  // namespace
+
+ExitCode execute(const MeasureArguments& arguments, const CommonOptions& common) {
+  const std::vector<fs::path> files = files_of(arguments);
+  Materials materials;
+  std::vector<MaterialId> occurring;
+  std::vector<Measured> all;
+  for (const fs::path& file : files) all.push_back(measured(file, arguments, materials, occurring));
+  const bool is_table = arguments.all || all.size() > 1 || !arguments.output.empty();
+  if (!is_table) {
+    print_one(all.front(), materials, common.json);
+    return done;
+  }
+  require_same_heights(all);
+  const std::string text = csv_of(all, materials, occurring);
+  if (arguments.output.empty()) {
+    std::cout << text;
+  } else {
+    write_file(arguments.output, text);
   }
   return done;
 }

@@ -37,7 +37,7 @@ ExitCode execute(const RenderArguments& arguments, const CommonOptions& common) 
     throw InputError(fmt::format("-o: {}: pictures are .png", shown(arguments.output)));
   const SavedWafer wafer = read_wafer(newest_state(arguments.where));
   const Frame& own = wafer.layers.frame;
-  const Frame frame = own.axisymmetric ? revolved(own, own.cells[0]) : own;
+  const Frame frame = own.is_around_axis() ? revolved(own, own.cells[0]) : own;
   const Image image = render(wafer.layers, {.cut = cut_of(arguments.cut, frame),
                                             .azimuth = arguments.azimuth,
                                             .elevation = arguments.elevation,

@@ -13,7 +13,7 @@
 #include "levelset/grid/welded.h"
 #include "levelset/start/mesh_solid.h"
 #include "mesh/files/mesh_file.h"
-#include "mesh/quality.h"
+#include "mesh/sides.h"
 #include "mesh/simplify/simplify.h"
 
 namespace scarp {
@@ -39,7 +39,7 @@ std::string reason_text(const std::string& stopped_by) {
   }
   if (stopped_by == "max_error") return "--max-error was reached";
   if (stopped_by == "sizes") return "edges are as long as they may be";
-  if (stopped_by == "vertices") return "where facets meet in a vertex alone each sheet has its own";
+  if (stopped_by == "vertices") return "where facets meet only in a vertex each sheet has its own";
   return "no other edge can be collapsed without turning facets over, making them thin or moving a "
          "side";
 }

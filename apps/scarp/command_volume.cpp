@@ -6,6 +6,7 @@
 
 #include "apps/run/restart.h"
 #include "apps/scarp/commands.h"
+#include "apps/scarp/region_volume.h"
 #include "core/error.h"
 #include "core/printable.h"
 #include "core/recipe/quantity.h"
@@ -42,12 +43,25 @@ fs::path file_of(const fs::path& output, const std::string& material) {
          fmt::format("{}_{}{}", output.stem().string(), material, output.extension().string());
 }
 
+/// Options of one mesh for all regions.
+void refuse_options_of_regions(const VolumeArguments& arguments) {
+  const char* const option = arguments.gas             ? "--gas"
+                             : arguments.tetrahedra    ? "--tetrahedra"
+                             : !arguments.size.empty() ? "--size"
+                                                       : nullptr;
+  if (option == nullptr) return;
+  throw InputError(fmt::format(
+      "{}: only meshes of all materials in one have it; write -o NAME.msh or NAME.vtu", option));
+}
+
 }  // namespace
 
 ExitCode execute(const VolumeArguments& arguments, const CommonOptions& common) {
+  if (holds_regions(arguments.output)) return write_regions(arguments, common);
+  refuse_options_of_regions(arguments);
   SavedWafer wafer = read_wafer(newest_state(arguments.where));
   const Frame& frame = wafer.layers.frame;
-  if (frame.axisymmetric) wafer.layers = revolved(wafer.layers, frame.cells[0]);
+  if (frame.is_around_axis()) wafer.layers = revolved(wafer.layers, frame.cells[0]);
   const std::vector<MaterialBody> bodies =
       bodies_of(wafer.layers, bottom_of(arguments, wafer.layers));
   nlohmann::ordered_json json{{"time_s", wafer.time}, {"bodies", nlohmann::ordered_json::array()}};

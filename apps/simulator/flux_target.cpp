@@ -52,8 +52,7 @@ std::string missed_target_text(const FluxField& flux, const FluxOptions& options
   }
   if (flux.rays > options.max_rays) {
     return fmt::format(
-        "{} is {}, and no more were sent than the {} that it takes at least; raise "
-        "it or {}",
+        "{} is {}, fewer than the {} that are needed at least and were sent; raise it or {}",
         keys.max_rays, options.max_rays, flux.rays, keys.target);
   }
   return fmt::format("the cap of {} rays came first; raise {} or {}", options.max_rays,

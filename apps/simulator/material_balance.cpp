@@ -68,18 +68,18 @@ std::vector<std::string> MaterialBalance::close(const State& state,
   is_open_ = false;
   std::vector<std::string> lines;
   const ProcessStep& step = steps_[step_];
-  // The lowest one has no lower side: how much of it there is hangs on where z = 0 lies.
+  // The lowest one has no lower side: how much of it there is depends on where z = 0 lies.
   const MaterialId lowest = state.layers.stack.front().material;
   for (MaterialId m = 0; m < volumes.size(); ++m) {
     const double then = volumes_then_[m];
     const double lost = then - volumes[m];
     const double explained = (1 + of_etched) * etched_[m] + of_volume * then + of_edges_[m];
     if (m == lowest || m == step.deposits || lost <= explained + islands_) continue;
-    lines.push_back(fmt::format(
-        "step \"{}\": {:.3g} nm^3 of {} went, {:.2g} of it, where rates allow {:.3g}: a film "
-        "thinner than a spacing goes with what holds it, or the grid is too coarse "
-        "for what happens; lower domain.spacing",
-        step.name, lost, materials_[m].name, lost / then, etched_[m]));
+    lines.push_back(
+        fmt::format("step \"{}\": {:.3g} nm^3 of {} disappeared, {:.2g} of it, where rates allow "
+                    "{:.3g}: a film thinner than a spacing disappears with its support, or the "
+                    "grid is too coarse for this step; lower domain.spacing",
+                    step.name, lost, materials_[m].name, lost / then, etched_[m]));
   }
   return lines;
 }

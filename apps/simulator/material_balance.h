@@ -19,7 +19,7 @@ class MaterialBalance {
   MaterialBalance(std::span<const ProcessStep> steps, const Materials& materials)
       : steps_(steps), materials_(materials) {}
 
-  /// At the beginning of a time step, and at the end of the run. Returns what is to be told of the
+  /// At the beginning of a time step, and at the end of the run. Returns what to report of the
   /// step that ended before, a line for each material that lost more.
   std::vector<std::string> look_at(const State& state, const Survey& now);
 

@@ -164,7 +164,7 @@ Frame read_frame(const RecipeTable& table, std::optional<LineCut>& cut) {
       frame.cells[axis] = read_cells(table, extent[axis], frame.spacing, axis);
     }
   }
-  if (frame.axisymmetric && frame.cells[0] % 2 != 0 && table.ok("extent")) {
+  if (frame.is_around_axis() && frame.cells[0] % 2 != 0 && table.ok("extent")) {
     table.error("extent[0]", fmt::format("is {} spacings, and the axis is in the middle of it; it "
                                          "has to be an even number of them, for example {}",
                                          frame.cells[0],
@@ -172,7 +172,7 @@ Frame read_frame(const RecipeTable& table, std::optional<LineCut>& cut) {
                                                          Dimension::length)));
     ++frame.cells[0];
   }
-  if (frame.axisymmetric && frame.boundary[0] == Boundary::periodic)
+  if (frame.is_around_axis() && frame.boundary[0] == Boundary::periodic)
     table.error("boundary", "what goes around an axis has one side, which is \"reflective\"");
   require_memory(table, "extent", fmt::format("{} x {} cells", frame.cells[0], frame.cells[1]),
                  static_cast<double>(frame.cells[0]) * frame.cells[1]);
@@ -183,7 +183,7 @@ Domain read_domain(const RecipeTable& table) {
   std::optional<LineCut> cut;
   const Frame frame = read_frame(table, cut);
   const bool asks = table.choice<bool>("symmetry", {{"none", false}, {"auto", true}}, "none");
-  return {.frame = frame, .uses_symmetry = asks || frame.axisymmetric, .cut = cut};
+  return {.frame = frame, .uses_symmetry = asks || frame.is_around_axis(), .cut = cut};
 }
 
 Simplification read_simplify(const RecipeTable& table, const Frame& frame) {
@@ -203,7 +203,7 @@ Simplification read_simplify(const RecipeTable& table, const Frame& frame) {
   options.l0 = table.length_or_multiple("l0", h, {.fallback = "0.6", .minimum = 0});
   options.step_length = table.length_or_multiple("step_length", h, {.fallback = "2", .minimum = 0});
   // The flux on a facet is one number, and varies on flat walls, too: with 8 spacings the profile
-  // of configs/trench_deposition is off by .22 spacings below the mouth, with 3 by .12.
+  // of configs/trench_deposition has an error of .22 spacings below the mouth, with 3 of .12.
   const std::string l_max = format_number(std::max(3.0, *options.l0 / h));
   options.l_max = table.length_or_multiple("l_max", h, {.fallback = l_max, .minimum = 0});
   options.max_error = table.length_or_multiple(
@@ -236,8 +236,8 @@ FluxOptions read_flux(const RecipeTable& table, const Frame& frame) {
                                              {"gather", FluxOptions::Engine::gather}};
   FluxOptions options;
   options.sides = frame.sides();
-  options.two_dimensional = frame.two_dimensional && !frame.axisymmetric;
-  options.axisymmetric = frame.axisymmetric;
+  options.two_dimensional = frame.is_slice();
+  options.axisymmetric = frame.is_around_axis();
   options.spacing = frame.spacing;
   options.engine = table.choice<FluxOptions::Engine>("engine", engines, "auto");
   if (!table.has("position_error")) {
@@ -341,14 +341,13 @@ void check_mask(const RecipeTable& table, const LayerOperation& operation, const
 void refuse_endless_step(const RecipeTable& table, const ProcessStep& step, double longest_move,
                          std::size_t material_count) {
   const double count = time_steps(step, step.duration, longest_move, material_count);
-  // Without an end where the spacing is wrong, which is told there.
+  // Without an end where the spacing is wrong, which is reported there.
   if (count <= most_time_steps || !std::isfinite(count)) return;
-  table.error(
-      step.duration_key,
-      fmt::format("{} makes about {:.2g} time steps, of {:.2g} nm at the most; at most {:g} "
-                  "can be: a shorter duration, lower rates or a coarser spacing",
-                  format_quantity(step.duration, Dimension::time), count, longest_move,
-                  most_time_steps));
+  table.error(step.duration_key,
+              fmt::format("{} makes about {:.2g} time steps, of {:.2g} nm at the most; at most "
+                          "{:g} can be: use a shorter duration, lower rates or a coarser spacing",
+                          format_quantity(step.duration, Dimension::time), count, longest_move,
+                          most_time_steps));
 }
 
 // Whether an open wafer of any material is etched.
@@ -423,7 +422,8 @@ class StepReader {
         read_end_condition(until, recipe_.materials, recipe_.domain.frame);
     if (!until.ok()) return condition;
     if (in_until_)
-      table.error("until", "of nested repeats one may have until; leave it out here or outside");
+      table.error("until",
+                  "only one level of nested repeats may have until; leave it out here or outside");
     if (condition.over_etch > 0)
       until.error("over_etch", "rounds are whole, so there is no over-etch; leave it out");
     ask_material(until, condition);
@@ -439,10 +439,11 @@ class StepReader {
 
   static bool is_too_many(const RecipeTable& table, double count) {
     if (count <= most_steps) return false;
-    table.error(table.has("repeat") ? "repeat" : "",
-                fmt::format("makes {:.0f} steps with repeats written out; at most {} in a recipe: "
-                            "repeat less often, or split it and go on from a result",
-                            count, most_steps));
+    table.error(
+        table.has("repeat") ? "repeat" : "",
+        fmt::format("makes {:.0f} steps with repeats written out; the most is {}: repeat less "
+                    "often, or split the recipe and start the second part from a result",
+                    count, most_steps));
     return true;
   }
 
@@ -477,6 +478,7 @@ class StepReader {
         std::find(reachable_.begin(), reachable_.end(), *step.deposits) == reachable_.end()) {
       reachable_.push_back(*step.deposits);
     }
+    step.meets = reachable_;
     if (!table.ok()) return {step};
     if (step.model) refuse_asymmetry(table, *step.model, recipe_.domain.frame);
     if (step.operation) {
@@ -524,8 +526,8 @@ class StepReader {
   // How an error of the flux in each part of a cycle adds up is not known.
   void refuse_position_error(const RecipeTable& table, const ProcessStep& step) const {
     if (recipe_.flux.position_error == 0 || step.model->cycle() == nullptr) return;
-    table.error("model", fmt::format("{} grows by what its cycles leave on the surface, for which "
-                                     "flux.position_error is not known; use flux.target_error",
+    table.error("model", fmt::format("{} grows its film in cycles, for which flux.position_error "
+                                     "cannot be computed; use flux.target_error",
                                      step.model_name));
   }
 
@@ -563,8 +565,8 @@ class StepReader {
 void refuse_other_grid(const RecipeTable& domain, const Frame& wanted, const Frame& found) {
   const auto differs = [&](const std::string& key, bool is_same, const std::string& there) {
     if (!is_same)
-      domain.error(key, fmt::format("is not that of the state that start names, which has {}; a "
-                                    "state goes on where it is",
+      domain.error(key, fmt::format("differs from the state that start names, which has {}; a "
+                                    "state cannot be moved or resampled",
                                     there));
     return !is_same;
   };
@@ -638,10 +640,11 @@ double read_output_interval(const RecipeTable& table, std::span<const ProcessSte
   double duration = 0;
   for (const ProcessStep& step : steps) duration += step.duration;
   if (every > 0 && duration / every > most_outputs) {
-    table.error("every", fmt::format("{} gives {:.2g} outputs in {}; at most {:g}: at least {}",
-                                     format_quantity(every, Dimension::time), duration / every,
-                                     format_quantity(duration, Dimension::time), most_outputs,
-                                     format_quantity(duration / most_outputs, Dimension::time)));
+    table.error("every",
+                fmt::format("{} gives {:.2g} outputs in {}; the most is {:g}: write {} or more",
+                            format_quantity(every, Dimension::time), duration / every,
+                            format_quantity(duration, Dimension::time), most_outputs,
+                            format_quantity(duration / most_outputs, Dimension::time)));
   }
   return every;
 }
@@ -686,11 +689,13 @@ MetrologyOptions read_metrology(const RecipeTable& table, std::span<const Shape>
     table.error("masks",
                 fmt::format("{} is neither on the wafer nor deposited", materials[mask].name));
   }
-  if (table.has("cd_at")) {
-    options.cd_heights =
-        table.quantities("cd_at", Dimension::length, {.minimum = 0, .maximum = most_cd_heights},
-                         {.minimum = -longest_length, .maximum = longest_length});
-  }
+  const auto read_heights = [&](std::string_view key, std::vector<double>& heights) {
+    if (!table.has(key)) return;
+    heights = table.quantities(key, Dimension::length, {.minimum = 0, .maximum = most_cd_heights},
+                               {.minimum = -longest_length, .maximum = longest_length});
+  };
+  read_heights("cd_at", options.cd_heights);
+  read_heights("angle_at", options.angle_heights);
   return options;
 }
 

@@ -55,6 +55,7 @@ struct ProcessStep {
   std::optional<EndCondition> begins_repeat;  ///< of the first step: what ends the repeat
   std::optional<RoundEnd> round_end;          ///< of the last step of a round
   std::optional<MaterialId> deposits;
+  std::vector<MaterialId> meets;  ///< what the wafer may have when it begins, and what it deposits
   std::shared_ptr<const SurfaceModel> model;  ///< null for an operation
   std::vector<AngularFactor> factors;         ///< of the model; to find their bounds takes a while
   std::optional<LayerOperation> operation;

@@ -85,7 +85,7 @@ void refuse_lopsided(const RecipeTable& table, const SurfaceModel& model) {
 }  // namespace
 
 void refuse_asymmetry(const RecipeTable& step, const SurfaceModel& model, const Frame& frame) {
-  if (frame.axisymmetric) {
+  if (frame.is_around_axis()) {
     refuse_lopsided(step, model);
   } else {
     refuse_mirrored_beams(step, model, frame);

@@ -105,8 +105,8 @@ void warn_of_thin_layers(std::span<const RecipeTable> shapes, std::span<const Fl
       continue;
     shapes[layer.shape].warning(
         layer.key,
-        fmt::format("a layer of {} that is etched is thinner than two grid spacings ({}): how far "
-                    "it is etched from its sides is rough; use a domain.spacing of {} or less",
+        fmt::format("a layer of {} that is etched is thinner than two grid spacings ({}): its "
+                    "lateral etching is inaccurate; use a domain.spacing of {} or less",
                     length_text(layer.thickness), length_text(least),
                     length_text(layer.thickness / least_thickness)));
   }
@@ -151,8 +151,8 @@ class UnheldFilms {
       if (left.empty() && undercuts) {
         tables_[film.shape].error(
             film.key, fmt::format("a film of {} is thinner than a grid spacing ({}), and {} etches "
-                                  "{} away beneath it: what holds it no more would be lost; use a "
-                                  "domain.spacing of {} or less",
+                                  "{} away beneath it: parts of the film without support would be "
+                                  "lost; use a domain.spacing of {} or less",
                                   length_text(film.thickness), length_text(spacing_), step.path,
                                   materials_[below].name, length_text(film.thickness)));
         return;
@@ -256,7 +256,7 @@ class Films {
     if (film.key.empty() || !film.is_known || film.thickness >= rounding * least) return;
     root_.warning(film.key,
                   fmt::format("makes a film of {} on an open flat wafer, thinner than two grid "
-                              "spacings ({}): its sides are no surface that the grid holds; use a "
+                              "spacings ({}), too thin for this grid on sidewalls; use a "
                               "domain.spacing of {} or less, or a thicker film",
                               length_text(film.thickness), length_text(least),
                               length_text(film.thickness / least_thickness)));
@@ -266,6 +266,55 @@ class Films {
   double spacing_;
   OpenSpeeds& speeds_;
   std::map<MaterialId, Film> films_;
+};
+
+// Masks whose flat tops are etched away before the last step that etches them ends, on an open flat
+// wafer. Steps with an end condition count in full where nothing else is known of them.
+class Masks {
+ public:
+  Masks(const RecipeTable& root, OpenSpeeds& speeds, const Materials& materials)
+      : root_(root), speeds_(speeds), materials_(materials) {}
+
+  void put(const MaskShape& mask) { left_[mask.material] = mask.thickness; }
+
+  void warn(std::span<const ProcessStep> steps) {
+    for (const ProcessStep& step : steps) {
+      if (step.operation) {
+        act(*step.operation);
+      } else {
+        etch(step);
+      }
+    }
+  }
+
+ private:
+  void act(const LayerOperation& operation) {
+    if (const auto* const mask = std::get_if<MaskFilm>(&operation)) put(mask->shape);
+    if (const auto* const strip = std::get_if<Strip>(&operation)) left_.erase(strip->material);
+    // How high a polish leaves a mask is not known here.
+    if (std::holds_alternative<Planarise>(operation)) left_.clear();
+  }
+
+  void etch(const ProcessStep& step) {
+    for (auto& [material, left] : left_) {
+      const double rate = -speeds_.speed(*step.model, material);
+      if (!(rate > 0) || left <= 0 || step.until) continue;
+      const double before = std::exchange(left, left - rate * step.duration);
+      if (left > 0) continue;
+      root_.warning(
+          step.path + '.' + step.duration_key,
+          fmt::format("uses up the mask: on an open flat wafer {} of {} are gone after {} "
+                      "of {}; use a thicker mask, or a shorter step",
+                      length_text(before), materials_[material].name,
+                      format_quantity(before / rate, Dimension::time),
+                      format_quantity(step.duration, Dimension::time)));
+    }
+  }
+
+  const RecipeTable& root_;
+  OpenSpeeds& speeds_;
+  const Materials& materials_;
+  std::map<MaterialId, double> left_;  // thickness; nm
 };
 
 // The flux on a facet is one number.
@@ -285,12 +334,11 @@ void warn_of_long_facets(const RecipeTable& root, std::span<const RecipeTable> s
     const std::string length =
         options.l_max > 0 ? "edges of " + length_text(longest) : "edges of any length";
     root.table("simplify")
-        .warning(
-            "l_max",
-            fmt::format("allows {} in an opening that is less than {:g} times as wide ({}.{}: "
-                        "{}), where a flux that varies would be one number; lower it to less "
-                        "than half of the opening",
-                        length, facets_across, shapes[each.shape].path(), each.key, each.message));
+        .warning("l_max",
+                 fmt::format(
+                     "allows {} in an opening that is less than {:g} times as wide ({}.{}: {}), "
+                     "and would average the flux there; lower it to less than half of the opening",
+                     length, facets_across, shapes[each.shape].path(), each.key, each.message));
     return;
   }
 }
@@ -315,6 +363,10 @@ void judge_coarseness(const RecipeTable& root, const Recipe& recipe) {
     if (simplify) warn_of_long_facets(root, shapes, frame, start, *simplify);
   }
   Films(root, frame.spacing, speeds).warn(recipe.steps);
+  Masks masks(root, speeds, recipe.materials);
+  for (const Shape& shape : start)
+    if (const auto* const mask = std::get_if<MaskShape>(&shape)) masks.put(*mask);
+  masks.warn(recipe.steps);
 }
 
 }  // namespace scarp

@@ -34,7 +34,7 @@ std::string counted(std::size_t count, std::string_view what) {
 std::string loose_solid_text(const Frame& frame, const RemovedSolid& islands) {
   if (islands.count == 0) return "";
   return fmt::format(
-      "the start geometry has solid that nothing joins to the wafer: {} of {}, left out",
+      "the start geometry has solid that is not connected to the wafer: {} of {}, left out",
       counted(islands.count, "piece"), volume_text(frame, islands.volume));
 }
 

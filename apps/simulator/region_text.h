@@ -9,7 +9,7 @@
 
 namespace scarp {
 
-// Closed voids and loose pieces of solid, as run and preview tell of them.
+// Closed voids and loose pieces of solid, as run and preview report them.
 
 /// Units: nm^3.
 double volume_of(std::span<const Region> regions);

@@ -34,13 +34,20 @@ Recipe runnable(const RecipeSource& source, const SimulationOptions& options) {
   return on_part(std::move(recipe), found);
 }
 
-State resumed_from(const std::filesystem::path& file, const std::string& recipe_hash) {
+/// Where a simulation goes on.
+struct Saved {
+  State state;
+  OpeningNames openings{};
+};
+
+Saved resumed_from(const std::filesystem::path& file, const std::string& recipe_hash) {
   Checkpoint checkpoint = read_checkpoint(file);
   if (note_in(checkpoint.notes, "recipe_hash", file) != recipe_hash)
     throw InputError({problem_at(shown(file),
                                  "belongs to another recipe; start one from it instead, "
                                  "with start = \"FILE\"")});
-  return state_of(std::move(checkpoint), file);
+  OpeningNames openings = openings_in(checkpoint.notes, file);
+  return {.state = state_of(std::move(checkpoint), file), .openings = std::move(openings)};
 }
 
 std::vector<SurfaceFlux> fluxes_of(const Survey& survey, const SurfaceModel* model,
@@ -86,6 +93,7 @@ struct Simulation::Inside {
   std::optional<Surface> surface{};
   std::optional<Metrology> start{};
   std::optional<Metrology> metrology{};
+  OpeningNames openings{};  // as metrology() numbered them last
 
   Inside(Recipe runs, std::optional<State> resumed, int thread_count)
       : recipe(std::move(runs)),
@@ -103,9 +111,14 @@ Simulation::Simulation(const RecipeSource& source, const SimulationOptions& opti
   with_threads(options.threads, [&] {
     Recipe recipe = runnable(source, options);
     std::optional<State> resumed;
-    if (!options.resume_from.empty())
-      resumed = resumed_from(options.resume_from, recipe_hash(recipe));
+    OpeningNames openings;
+    if (!options.resume_from.empty()) {
+      Saved saved = resumed_from(options.resume_from, recipe_hash(recipe));
+      resumed = std::move(saved.state);
+      openings = std::move(saved.openings);
+    }
     inside_ = std::make_unique<Inside>(std::move(recipe), std::move(resumed), options.threads);
+    inside_->openings = std::move(openings);
   });
 }
 
@@ -241,14 +254,15 @@ const Metrology& Simulation::metrology() {
     }
     options.feet_are_rounded = in.state.feet_are_rounded;
     const WholeLayers whole(in.state.layers);
-    in.metrology = measure(whole.get(), options, &*in.start,
-                           in.metrology ? in.metrology->names : OpeningNames());
+    in.metrology = measure(whole.get(), options, &*in.start, in.openings);
+    in.openings = in.metrology->names;
   });
   return *in.metrology;
 }
 
 void Simulation::save(const std::filesystem::path& file) const {
-  with_threads(inside_->threads, [&] { write_state(file, inside_->state, inside_->recipe); });
+  with_threads(inside_->threads,
+               [&] { write_state(file, inside_->state, inside_->recipe, inside_->openings); });
 }
 
 std::string Simulation::state_hash() const {

@@ -112,7 +112,8 @@ class Simulation {
   std::vector<LevelSetValues> level_sets() const;
   /// Where a plane cuts the layers, bottom up: "y = 0 nm", "from 0 um, 0 um to 1 um, 1 um".
   std::vector<SectionOutline> section(std::string_view line) const;
-  /// As metrology of a run: openings keep their numbers from call to call.
+  /// As metrology of a run: openings keep their numbers from call to call, and in a state that is
+  /// saved.
   const Metrology& metrology();
 
   /// Writes a state that `start` of a recipe, SimulationOptions::resume_from and scarp's commands

@@ -43,7 +43,8 @@ double plane_height(const Planarise& plane, const Layers& layers, const Material
 // A condition that is met to within this counts as met: no time step has to be that short.
 constexpr double end_tolerance = 1e-4;  // spacings
 
-// What a step took away but for residues is gone, in all that is told of the wafer from then on.
+// What a step took away but for residues is gone, in all that is reported of the wafer from then
+// on.
 void clear_residues(State& state, const std::vector<bool>& is_etched) {
   state.residue_volume += state.layers.frame.images() * remove_residues(state.layers, is_etched);
   remove_empty_layers(state.layers);
@@ -178,7 +179,7 @@ class Mover {
         gas_(survey.gas) {}
 
   // Ends before dt where the flux would not be that of the facets any more: where a void closes, or
-  // another material comes to light.
+  // another material becomes exposed.
   void move(double dt) {
     do {
       const double part = next_part(dt);

@@ -42,7 +42,7 @@ VoidChanges note_voids(State& state, const OpenGas& gas);
 ///
 /// A time step has as many moves as the scheme needs for it, with speeds from the facets of the
 /// survey. It ends early where these tell nothing of what the particles meet any more: where a void
-/// closes, or half a percent of the surface comes to be of another material.
+/// closes, or half a percent of the surface becomes another material.
 ///
 /// A time step goes at most to the end of the recipe's step and to the time limit; both are hit
 /// exactly and never leave a tiny remainder. Where an end condition is met on the way, the time

@@ -26,7 +26,7 @@ struct LayerChange {
 struct SpeedChange {
   std::vector<LayerChange> of_layers;  ///< as Survey::speeds_of_layers
   /// Of the layers that are seen: of the changes of patches the root of the mean square, weighted
-  /// by the square itself, since what changes counts and not what there is beside. Units: nm/s^2.
+  /// by the square itself, since what changes counts and not its neighbourhood. Units: nm/s^2.
   double typical = 0;
 };
 

@@ -64,7 +64,7 @@ struct Origin {
   std::uint32_t time_step = 0;
 };
 
-/// Everything the next time step depends on, and what results tell of the past; what a checkpoint
+/// Everything the next time step depends on, and what results report of the past; what a checkpoint
 /// holds.
 ///
 /// Process time counts from the start of the first of a chain of recipes. Units: s.
@@ -80,7 +80,7 @@ struct State {
   std::uint32_t time_step = 0;
   std::vector<VoidClosure> voids{};  ///< as in the gas of the last survey, see note_voids
   RemovedSolid islands{};
-  double residue_volume = 0;      ///< of films that went beside layers that stand still; nm^3
+  double residue_volume = 0;      ///< of films that went beside layers that do not move; nm^3
   bool feet_are_rounded = false;  ///< see MetrologyOptions; by this step or one before it
   KeptMesh mesh{};                ///< of the last time step; empty if nothing needs it any more
   SurfaceCoverages coverages{};   ///< of its facets, at the beginning of that time step

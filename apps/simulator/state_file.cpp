@@ -35,8 +35,8 @@ std::vector<VoidClosure> voids_of(std::span<const double> numbers, std::span<con
                                   const fs::path& file) {
   const std::size_t count = numbers.size() / numbers_per_void;
   if (numbers.size() % numbers_per_void != 0 || images.size() != count) {
-    throw InputError(
-        fmt::format("{}: the entry voids is not whole; it is not of this version", shown(file)));
+    throw InputError(fmt::format(
+        "{}: the entry voids is not complete; the file is not of this version", shown(file)));
   }
   std::vector<VoidClosure> voids;
   for (; !numbers.empty(); numbers = numbers.subspan(numbers_per_void)) {
@@ -78,8 +78,8 @@ std::vector<double> numbers_of(std::span<const StepEnd> ends) {
 
 std::vector<StepEnd> ends_of(std::span<const double> numbers, const fs::path& file) {
   if (numbers.size() % numbers_per_step != 0) {
-    throw InputError(fmt::format("{}: the entry step_ends is not whole; it is not of this version",
-                                 shown(file)));
+    throw InputError(fmt::format(
+        "{}: the entry step_ends is not complete; the file is not of this version", shown(file)));
   }
   std::vector<StepEnd> ends;
   for (; !numbers.empty(); numbers = numbers.subspan(numbers_per_step)) {
@@ -178,8 +178,8 @@ class EntryReader {
 
  private:
   [[noreturn]] void refuse() const {
-    throw InputError(fmt::format("{}: the entry {} is not whole; it is not of this version",
-                                 shown(file_), name_));
+    throw InputError(fmt::format(
+        "{}: the entry {} is not complete; the file is not of this version", shown(file_), name_));
   }
 
   std::string_view line() {
@@ -395,17 +395,26 @@ std::string recipe_hash(const Recipe& recipe) {
 }
 
 void write_state(const fs::path& file, const State& state, const Recipe& recipe,
-                 CheckpointNotes notes) {
+                 const OpeningNames& openings, CheckpointNotes notes) {
   const Materials& materials = recipe.materials;
   notes["materials"] = names_of(materials_of(state.layers), materials);
   notes["masks"] = names_of(recipe.metrology.masks, materials);
   notes["cd_heights_nm"] = joined(recipe.metrology.cd_heights);
+  notes["angle_heights_nm"] = joined(recipe.metrology.angle_heights);
   notes["seed"] = std::to_string(recipe.flux.options.seed);
   notes["recipe_hash"] = recipe_hash(recipe);
+  notes["openings"] = joined(numbers_of(openings));
   StateWriter writer(notes);
   std::apply([&](const auto&... field) { (writer.write(field.name, field.value), ...); },
              fields_of(state));
   write_checkpoint(file, state.layers, notes);
+}
+
+OpeningNames openings_in(const CheckpointNotes& notes, const fs::path& file) {
+  std::optional<OpeningNames> openings = opening_names_of(numbers_in(notes, "openings", file));
+  if (openings) return std::move(*openings);
+  throw InputError(fmt::format(
+      "{}: the entry openings is not complete; the file is not of this version", shown(file)));
 }
 
 State state_of(Checkpoint checkpoint, const fs::path& file) {

@@ -8,13 +8,19 @@
 
 #include "apps/simulator/state.h"
 #include "levelset/grid/checkpoint.h"
+#include "levelset/metrology/opening_names.h"
 
 namespace scarp {
 
-/// Writes a state, with what is to be known of its recipe, and more notes, to a file that appears
-/// whole or not at all. Throws: as AtomicFile.
+/// Writes a state, with what is to be known of its recipe, the openings that were numbered so far,
+/// and more notes, to a file that appears whole or not at all. Throws: as AtomicFile.
 void write_state(const std::filesystem::path& file, const State& state, const Recipe& recipe,
-                 CheckpointNotes notes = {});
+                 const OpeningNames& openings, CheckpointNotes notes = {});
+
+/// The openings that were numbered up to a checkpoint.
+///
+/// Throws: InputError with the name of the file if it does not hold them.
+OpeningNames openings_in(const CheckpointNotes& notes, const std::filesystem::path& file);
 
 /// By which a state knows its recipe: that of the text and of the state that it starts from.
 std::string recipe_hash(const Recipe& recipe);

@@ -121,7 +121,7 @@ std::size_t layer_of(const State& state, MaterialId material) {
                                    formula.empty() ? "" : fmt::format(", rate \"{}\"", formula)));
 }
 
-// Of all layers: one that is not seen may come to light within the time step. And a step that
+// Of all layers: one that is not seen may become exposed within the time step. And a step that
 // deposits nothing must not let anything grow: what grew would be of which material?
 void require_sound_speeds(const Survey& survey, const State& state, const ProcessStep& step,
                           const Materials& materials) {
@@ -170,8 +170,9 @@ std::string standstill_text(const ProcessStep& step, const std::set<MaterialId>&
   std::string names;
   for (const MaterialId material : seen)
     names += (names.empty() ? "" : ", ") + materials[material].name;
-  return fmt::format("step \"{}\" moved nothing: the rates of {} are 0 on all that was seen ({})",
-                     step.name, step.model_name, names);
+  return fmt::format(
+      "step \"{}\" moved nothing: the rates of {} are 0 on every exposed material ({})", step.name,
+      step.model_name, names);
 }
 
 std::vector<std::span<const float>> tallies_on_facets(std::span<const FluxField> flux) {

@@ -24,7 +24,7 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 // For which a flux is carried on the surface: closest places on facets further away tell less,
-// least where speeds turn with the normal: a floor that sinks by more than a spacing leaves walls
+// least where speeds depend on the normal: a floor that sinks by more than a spacing leaves walls
 // behind that know only of its edge. After four moves at a time holes of SF6/O2, six spacings wide,
 // were most of a spacing deeper and a quarter of one narrower at their end than after one; after
 // two as deep, and up to a sixth narrower.
@@ -98,7 +98,7 @@ bool keep_mesh(const TriMesh& surface, const KeptMesh& kept, double within, Surv
   result.simplify_bound = kept.bound;
   result.simplify_max_distance = kept.max_distance;
   // Most meshes serve once: theirs are not worth the memory. Those of the state stay as they are.
-  result.hits = kept.hits ? std::make_shared<KeptHits>(*kept.hits) : keep_hits();
+  result.hits = kept.hits ? std::make_shared<KeptHits>(*kept.hits) : std::make_shared<KeptHits>();
   result.tree = kept.tree;
   return true;
 }
@@ -124,9 +124,9 @@ template <class Coverages>
 std::vector<FluxField> solve_with(Coverages& coverages, std::span<const Species> species,
                                   const FluxOptions& options, const SurfaceModel& model,
                                   Survey& result) {
-  std::vector<FluxField> flux =
-      solve_flux(result.facets, species, options, coverages.feedback(),
-                 emission_from(result.facets, model, species, coverages.coverages()));
+  std::vector<FluxField> flux = solve_flux(
+      result.facets, species, options, coverages.feedback(),
+      emission_from(result.facets, model, species, coverages.coverages()), result.hits.get());
   const int before = result.coverage_fit.iterations;
   result.coverages = coverages.coverages();
   result.coverage_fit = coverages.fit();
@@ -300,7 +300,6 @@ class Surveyor {
     const std::vector<Species> species = species_of(step_);
     if (species.empty()) return;
     options.time_step = result_.made_at;
-    options.hits = result_.hits;
     std::vector<FluxField> flux = solve_covered(species, options);
     for (std::size_t i = 0; i < result_.flux.size(); ++i) {
       flux[i].rays += result_.flux[i].rays;
@@ -317,7 +316,8 @@ class Surveyor {
     const TriMesh& facets = result_.facets;
     if (model.coverages() == nullptr)
       return solve_flux(facets, species, options, {},
-                        emission_from(facets, model, species, result_.coverages));
+                        emission_from(facets, model, species, result_.coverages),
+                        result_.hits.get());
     if (model.cycle() != nullptr) {
       CoverageCycle cycle(*model.cycle(), facets, recipe_.flux.coverages);
       return solve_with(cycle, species, options, model, result_);

@@ -85,7 +85,7 @@ Survey survey(const State& state, const Recipe& recipe);
 KeptMesh mesh_of(const Survey& survey, const FluxPlan& plan);
 
 /// What arrives on that mesh in a time step of dt, for the next survey; nothing where the flux is
-/// solved anew before every move, as that of beams is: it is found quickly, and its shadows have
+/// solved again before every move, as that of beams is: it is found quickly, and its shadows have
 /// sharp edges.
 EarlierFlux earlier_flux(const Survey& survey, const FluxPlan& plan, double dt);
 

@@ -107,14 +107,14 @@ FoundPlanes mirror_planes(const Recipe& recipe) {
     }
     diagonal = found.diagonal_hindrance.empty();
   }
-  if (frame.axisymmetric && !across[0])
+  if (frame.is_around_axis() && !across[0])
     throw InputError("domain.mode = \"axisymmetric\": " + found.hindrance[0]);
   return found;
 }
 
 std::string symmetry_text(const Domain& domain, const FoundPlanes& found) {
   const auto& [x, y] = found.planes.across;
-  if (domain.frame.axisymmetric) return "runs on a section from the axis on";
+  if (domain.frame.is_around_axis()) return "runs on a section from the axis on";
   if (x || y) {
     const bool diagonal = found.planes.diagonal;
     const std::string which = fmt::format("on the {} of the domain beyond the mirror plane{}",

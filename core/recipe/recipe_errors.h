@@ -11,7 +11,7 @@
 
 namespace scarp {
 
-/// What is wrong with a recipe, or doubtful, gathered to be said at once.
+/// What is wrong with a recipe, or doubtful, gathered to be reported together.
 class RecipeErrors {
  public:
   struct Entry {

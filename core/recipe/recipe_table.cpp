@@ -101,7 +101,7 @@ const TomlValue* value_at(const TomlValue* value, const RecipePath& path) {
   return value;
 }
 
-/// What is to be said of a key, or of the whole table.
+/// A message about a key, or about the whole table.
 RecipeErrors::Entry entry_at(const RecipeNode& node, std::string_view key, std::string_view text) {
   const TomlValue* const value =
       key.empty() ? nullptr : value_at(node.toml, parse_recipe_path(key));

@@ -14,12 +14,11 @@ double peak_memory_mb() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
-double available_memory_mb() {
+double available_memory_mb(const std::string& limit_file) {
   double bytes =
       static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
-  // Holds "max" where there is no limit.
   double limit = 0;
-  if (std::ifstream("/sys/fs/cgroup/memory.max") >> limit) bytes = std::min(bytes, limit);
+  if (std::ifstream(limit_file) >> limit) bytes = std::min(bytes, limit);
   return bytes / (1024 * 1024);
 }
 

@@ -34,7 +34,7 @@ struct Mean {
   Variance as_guess(double freedom_of_guess) const { return {value, freedom_of_guess}; }
 };
 
-// How much elements with so many rays tell of each other's errors: how these fall with the number
+// How much elements with so many rays say about each other's errors: how these fall with the number
 // is known about only, and what hardly any ray finds makes them fall more slowly.
 double likeness(double rays, double others) {
   return std::min(1.0, 2 * std::min(rays, others) / std::max(rays, others));
@@ -109,7 +109,7 @@ Variance times_usual(double error, double usual_square) {
   return {.value = std::min(square(error) / usual_square, most), .freedom = 1};
 }
 
-// What is off by a variance that is itself known by a few squares only is off like Student's t: by
+// An error with a variance that is itself known by a few squares only is one of Student's t: by
 // so much more in its own variance.
 double student_factor(double freedom) {
   constexpr double least = 4;
@@ -465,7 +465,7 @@ void ErrorDraws::draw_in(const RayPlan::Window& window, std::size_t first, std::
         drawn += area(to) * static_cast<double>(error);
       }
       const double wanted = sizes.of_wholes * whole.usual * wholes_[source.begin].times_usual;
-      // What a sum tells of an element goes with its part in the variance of the sum.
+      // What a sum says about an element goes with its part in the variance of the sum.
       const double rest = (wanted - drawn) / whole.squares;
       for (std::size_t to = block.begin; to < block.end; ++to)
         errors[to * count + k] +=

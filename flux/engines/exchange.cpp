@@ -157,7 +157,7 @@ void Iteration<Number, Columns>::apply(const Block<Number>& x, Block<Number>& y)
 }
 
 // One run of the recurrence from x; true once every column is known to its tolerance. A column that
-// is there, or whose recurrence breaks down, stands still; the next run starts it anew.
+// is there, or whose recurrence breaks down, stays; the next run starts it again.
 template <class Number, std::size_t Columns>
 bool Iteration<Number, Columns>::iterate(Block<Number>& x, double tolerance) {
   Block<Number> r = block();

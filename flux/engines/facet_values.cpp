@@ -190,8 +190,8 @@ FacetValues::Neighbours::Around FacetValues::Neighbours::fit(
 
 FacetValues::FacetValues(const TriMesh& mesh, const Elements& elements)
     : first_(elements.count() + 1), is_strip_(elements.count()), one_side_(elements.count()) {
-  // A floor between walls may be one element across: its flux was seen to be off by 8 % in places
-  // where elements of eight spacings cover a floor of twenty.
+  // A floor between walls may be one element across: its flux was seen to have an error of 8 % in
+  // places where elements of eight spacings cover a floor of twenty.
   constexpr float of_widest = 0.02F;
   for (std::size_t f = 0; f < elements.scene().facet_count(); ++f) {
     const float width = elements.cell_width(f) / widest_cell;

@@ -55,23 +55,24 @@ bool are_few(const ExchangeRows& rows) { return rows.seen.size() <= rays_for_dra
 
 }  // namespace
 
-FluxDraws::FluxDraws(const RayPlan& plan, const ExchangeMatrix& matrix, const ExchangeRows& rows,
-                     const ExchangeSolver* exchange, std::span<const float> reemitted,
-                     ErrorDraws of_equations, const std::vector<double>& weights, double largest)
+FluxDraws::FluxDraws(const RayPlan& plan, const Passing& passing, ErrorDraws of_equations,
+                     std::span<const double> weights, double largest)
     : plan_(plan),
-      thinned_(are_few(rows) ? nullptr : std::make_unique<const ExchangeRows>(thinned(matrix))),
-      rows_(thinned_ ? *thinned_ : rows),
-      own_(exchange != nullptr && !thinned_
+      thinned_(are_few(passing.rows)
+                   ? nullptr
+                   : std::make_unique<const ExchangeRows>(thinned(passing.matrix))),
+      rows_(thinned_ ? *thinned_ : passing.rows),
+      own_(passing.solver != nullptr && !thinned_
                ? nullptr
-               : std::make_unique<const ExchangeSolver>(rows_, reemitted)),
-      exchange_(own_ ? *own_ : *exchange),
-      reemitted_(reemitted),
+               : std::make_unique<const ExchangeSolver>(rows_, passing.reemitted)),
+      exchange_(own_ ? *own_ : *passing.solver),
+      reemitted_(passing.reemitted),
       of_equations_(std::move(of_equations)),
       effects_(effects(weights)),
       drawn_(plan.size() * draw_count),
       corrected_(drawn_.size()) {
   for (std::size_t rank = 0; rank < plan.size(); ++rank) {
-    most_.push_back(static_cast<float>(largest * (1 - sees_of_itself(rows, rank))));
+    most_.push_back(static_cast<float>(largest * (1 - sees_of_itself(passing.rows, rank))));
     counts_.push_back(area(rank) * weights[rank]);
     effects_[rank] *= area(rank);
   }

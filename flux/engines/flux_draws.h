@@ -21,27 +21,31 @@ namespace scarp {
 /// their sum.
 class FluxDraws {
  public:
+  /// How errors go on between elements. solver: that of the rows and of reemitted, if there is one.
+  ///
+  /// Shape: one reemitted part per rank.
+  struct Passing {
+    const ExchangeMatrix& matrix;
+    const ExchangeRows& rows;
+    const ExchangeSolver* solver;
+    std::span<const float> reemitted;
+  };
+
   /// Draws that are solved at once: more would fall out of the cache.
   static constexpr std::size_t at_once = 8;
 
-  /// exchange: that of the rows and of reemitted, if there is one. All but the weights have to
-  /// outlive the draws.
+  /// What passing refers to has to outlive the draws.
   /// largest: what any element sees at most, in units of the flux.
-  /// Shape: one reemitted part per rank, and one weight, of its error in the sum, per area; zero
-  ///        where there is no error.
-  FluxDraws(const RayPlan& plan, const ExchangeMatrix& matrix, const ExchangeRows& rows,
-            const ExchangeSolver* exchange, std::span<const float> reemitted,
-            ErrorDraws of_equations, const std::vector<double>& weights, double largest);
+  /// Shape: one weight per rank, of its error in the sum, per area; zero where there is no error.
+  FluxDraws(const RayPlan& plan, const Passing& passing, ErrorDraws of_equations,
+            std::span<const double> weights, double largest);
   ~FluxDraws();
 
   /// More draws, up to a number of them, a multiple of at_once.
   void draw(std::size_t count);
 
   std::size_t count() const { return sums_.size(); }
-  /// Those of a rank. Shape: draw_count numbers, of which count() are drawn.
-  std::span<const float> of_rank(std::size_t rank) const {
-    return std::span(corrected_).subspan(rank * draw_count, draw_count);
-  }
+  /// Shape: at rank * draw_count + draw; count() of a rank are drawn.
   std::span<const float> all() const { return corrected_; }
   /// The part of an error of what an element sees that is possible; see limit().
   double possible_part(std::size_t rank, double error) const;

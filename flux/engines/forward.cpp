@@ -74,7 +74,7 @@ class Starts {
     const Vec3d u = about_lobe_axis(problem_.species.source, upright, random);
     turn(problem_, particle, u);
     if (problem_.species.ions) {
-      const double quantile = random.uniform_double();
+      const double quantile = random.uniform();
       particle.energy = static_cast<float>(problem_.species.ions->energy.quantile(quantile));
     }
     particle.block = random.next_block();

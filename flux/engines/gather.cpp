@@ -78,8 +78,9 @@ bool any_emits(std::span<const FluxProblem> problems) {
 // The elements of some problems, their rays and what these see.
 class Gathering {
  public:
-  /// widths: see elements_of().
-  Gathering(std::span<const FluxProblem> problems, const Settle& settle, std::vector<float> widths);
+  /// hits: nothing, or what rays met before. widths: see elements_of().
+  Gathering(std::span<const FluxProblem> problems, const Settle& settle, KeptHits* hits,
+            std::vector<float> widths);
 
   /// Nothing if some elements are too wide for the target.
   std::optional<std::vector<FluxField>> solve();
@@ -103,6 +104,7 @@ class Gathering {
   std::span<const FluxProblem> problems_;
   const FluxOptions& options_;
   const Settle& settle_;
+  KeptHits* const hits_;
   std::vector<float> widths_;
   Elements elements_;
   FacetValues values_;
@@ -113,11 +115,12 @@ class Gathering {
   std::shared_ptr<const View> view_;
 };
 
-Gathering::Gathering(std::span<const FluxProblem> problems, const Settle& settle,
+Gathering::Gathering(std::span<const FluxProblem> problems, const Settle& settle, KeptHits* hits,
                      std::vector<float> widths)
     : problems_(problems),
       options_(problems.front().options),
       settle_(settle),
+      hits_(hits),
       widths_(std::move(widths)),
       elements_(elements_of(problems.front(), widths_)),
       values_(problems.front().mesh, elements_),
@@ -218,8 +221,8 @@ void Gathering::grow(double error) {
 }
 
 void Gathering::look() {
-  view_ = options_.hits ? options_.hits->look(problems_, plan_, widths_, view_)
-                        : std::make_shared<const View>(scarp::look(problems_, plan_, *view_));
+  view_ = hits_ != nullptr ? hits_->look(problems_, plan_, widths_, view_)
+                           : std::make_shared<const View>(scarp::look(problems_, plan_, *view_));
 }
 
 // Halves the cells of the elements with the largest biases, all together so far that bias, what
@@ -304,13 +307,14 @@ float first_width(std::span<const FluxProblem> problems) {
 
 // Shadows in a narrow lobe may be sharper than a joined element. In two dimensions an element has
 // no neighbours aside that its noise would average with, and rays are cheap.
-std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settle& settle) {
+std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settle& settle,
+                              KeptHits* hits) {
   if (problems.empty()) return {};
   std::vector<float> widths;
   if (std::ranges::none_of(problems, is_looked_for))
     widths.assign(problems.front().scene.facet_count(), first_width(problems));
   for (;;) {
-    Gathering gathering(problems, settle, std::move(widths));
+    Gathering gathering(problems, settle, hits, std::move(widths));
     if (auto fields = gathering.solve()) return std::move(*fields);
     widths = gathering.widths();
   }

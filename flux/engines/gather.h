@@ -8,6 +8,8 @@
 
 namespace scarp {
 
+class KeptHits;
+
 struct Settle {
   /// Changes sticking and emission that problems refer to, to what the arrivals on facets lead to
   /// (one array per problem); false, and no change, when they fit. Of nothing when empty.
@@ -51,6 +53,9 @@ struct Settle {
 /// and on those that reach the target so, or are the last. An error of what arrives changes the
 /// sticking, too, and goes on by what settle says; what is emitted is taken as held.
 ///
+/// With hits, rays that are remembered there are not sent again, and those that are sent are
+/// remembered. Changes no bit.
+///
 /// Shape:  all problems share scene, patches and options; one field per problem.
 /// Throws: InputError if 4 rays per element, 8 where facets are joined or little sky is seen,
 ///         exceed options.memory_limit.
@@ -59,6 +64,7 @@ struct Settle {
 ///         quarter of their solves.
 /// Source: Goral et al. 1984 (radiosity), Veach and Guibas 1995 (balance heuristic), Owen 1997
 ///         (scrambled nets), Wu 1986 (errors by random signs).
-std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settle& settle = {});
+std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settle& settle = {},
+                              KeptHits* hits = nullptr);
 
 }  // namespace scarp

@@ -122,7 +122,7 @@ class Direct {
 // What the borders of shadows leave unknown of the flux times area on the whole surface, at least.
 //
 // A border runs through one of few elements, and every other time the two sets there find as many
-// rays that meet the source: half differences of so few say next to nothing then, and are off by
+// rays that meet the source: half differences of so few say next to nothing then, and err by
 // more than 4 of what they say every sixth time, as Student's t with one degree of freedom is. The
 // number that meets the source, a part p of n, varies by n p (1 - p) where rays are drawn without
 // order, in a scrambled set by n^0.5 p (1 - p) (see ErrorDraws); and by 1/6 where a border is as
@@ -228,7 +228,7 @@ Solver::Solver(const FluxProblem& problem)
   onward_.rays = fixed ? onward_.most : std::min(particles, onward_.most);
 }
 
-// What follows from first arrivals, ray by ray: tallies are off together.
+// What follows from first arrivals, ray by ray: tallies err together.
 std::vector<double> Solver::response_sums() const {
   const auto responses = problem_.responses();
   std::vector<double> sums(found_.sums.front().size());
@@ -266,7 +266,7 @@ double Solver::error_of(const FluxSpread& part, const FluxSpread& total) const {
   return estimate(problem_.scene, problem_.patches, spread).error;
 }
 
-// Particles that go on are followed exactly, so the balance is off by the error of what arrives.
+// Particles that go on are followed exactly, so the error of the balance is that of what arrives.
 FluxAudit Solver::audit() const {
   const Direct arrivals(options_, plan_, found_, found_.sums.front());
   const Direct goes_on(options_, plan_, found_, found_.sums.back());

@@ -100,8 +100,11 @@ void Gathered::draw(std::size_t count) {
     double largest = 0;
     for (std::size_t rank = 0; rank < plan_.size(); ++rank)
       largest = std::max({largest, flux()[rank], flux_.radiosity().leaves(rank)});
-    draws_.emplace(plan_, view_.matrix, view_.rows,
-                   errors_stick_alike() ? &flux_.exchange() : nullptr, error_parts(),
+    const FluxDraws::Passing passing{.matrix = view_.matrix,
+                                     .rows = view_.rows,
+                                     .solver = errors_stick_alike() ? &flux_.exchange() : nullptr,
+                                     .reemitted = error_parts()};
+    draws_.emplace(plan_, passing,
                    ErrorDraws(problem_.options, plan_, halves_.flux,
                               [this](std::size_t rank) { return is_in_void(rank); }),
                    weights(), largest);
@@ -135,7 +138,7 @@ FluxAudit Gathered::audit() const {
 
 // Standard error of what is absorbed and ends elsewhere, in all. An error of what an element sees
 // goes on to others, but in the end every particle of it sticks or leaves, so that the sum has all
-// of it, and what is off in how many leave.
+// of it, and the error of how many leave.
 double Gathered::balance_error() const {
   Differences of_sum = halves_.lost;
   if (!of_sum.parts.empty()) of_sum.of_rays_in_parts = halves_.sum_of_rays;

@@ -16,7 +16,7 @@ namespace scarp {
 /// How much a bias of single facets counts: their noise is larger than that of patches.
 inline constexpr double facet_bias_counts = 1.0 / 3;
 
-/// What the rays of all elements tell of one problem: the flux, its noise, what the size of
+/// What the rays of all elements say about one problem: the flux, its noise, what the size of
 /// elements leaves uncertain, and the balance of particles.
 class Gathered {
  public:

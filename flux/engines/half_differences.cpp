@@ -12,7 +12,7 @@ namespace {
 
 double square(double x) { return x * x; }
 
-// What one set of an element's rays tells of all that it sees.
+// What one set of an element's rays says about all that it sees.
 struct Found {
   double flux = 0;
   double out = 0;

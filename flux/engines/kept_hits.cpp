@@ -17,6 +17,13 @@ bool sends(const View& view, const RayPlan& plan) {
 
 }  // namespace
 
+bool can_keep_hits(const Species& species) {
+  const SourceLobe& source = species.source;
+  if (species.ions) return false;
+  if (source.kind == SourceLobe::Kind::none) return true;
+  return source.is_upright() && source.is_lambert() && source.map.empty();
+}
+
 std::shared_ptr<const View> KeptHits::look(std::span<const FluxProblem> problems,
                                            const RayPlan& plan, std::span<const float> widths,
                                            std::shared_ptr<const View> earlier) {

@@ -11,6 +11,10 @@
 
 namespace scarp {
 
+/// Whether what gathered rays met can serve a species again: one of neutrals that comes from all
+/// directions and places alike, or from the surface alone.
+bool can_keep_hits(const Species& species);
+
 /// What gathered rays met on one mesh, for solutions that send the same ones again.
 ///
 /// Rays are a function of mesh, seed, time step, elements and how many each of these sends, so

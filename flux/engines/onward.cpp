@@ -40,7 +40,7 @@ OnwardParticles::OnwardParticles(const FluxProblem& problem, const RayPlan& plan
   // The stream lies above those of all particles.
   RandomStream random = random_.of_ray((std::uint64_t{1} << 63) + first);
   std::array<double, batch_count> to_next{};
-  for (double& rest : to_next) rest = step * random.uniform_double();
+  for (double& rest : to_next) rest = step * random.uniform();
   const std::vector<std::uint8_t> batches = batches_of(random, arrivals.lit.size());
   std::array<std::vector<Start>, batch_count> starts;
   for (std::uint32_t i = 0; i < batches.size(); ++i) {
@@ -60,7 +60,7 @@ Particle OnwardParticles::start(std::uint64_t k) const {
   turn(problem_, particle, -shot.u);
   if (problem_.species.ions) {
     RandomStream random = random_.of_ray(particle.ray);
-    const double quantile = random.uniform_double();
+    const double quantile = random.uniform();
     particle.energy = static_cast<float>(problem_.species.ions->energy.quantile(quantile));
     particle.block = random.next_block();
   }

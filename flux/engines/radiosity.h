@@ -27,7 +27,7 @@ class Radiosity {
             std::span<const float> reemitted, std::span<const double> emission,
             const ExchangeSolver& exchange, std::vector<double> first);
 
-  /// start: a flux to go on from, zero where nothing arrives; without one, what was found before.
+  /// start: a flux to start from, zero where nothing arrives; without one, what was found before.
   /// Throws: as ExchangeSolver::solve.
   void solve(double tolerance, std::span<const double> start = {});
   /// After solve(), which they start from. Throws: as ExchangeSolver::solve.
@@ -61,7 +61,7 @@ class Radiosity {
   std::vector<double> flux_;
   std::vector<double> constant_;
   std::vector<Vec3d> slopes_;
-  std::vector<float> plane_;  ///< what there is of an element's slope: 0 makes it a constant
+  std::vector<float> plane_;  ///< the part of an element's slope that counts: 0 makes it a constant
   bool has_planes_ = false;
 };
 

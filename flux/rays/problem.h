@@ -9,6 +9,7 @@
 #include "flux/rays/patches.h"
 #include "flux/rays/ray_scene.h"
 #include "flux/sampling/sampling.h"
+#include "flux/species.h"
 
 namespace scarp {
 

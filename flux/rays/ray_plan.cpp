@@ -20,9 +20,9 @@ constexpr std::uint32_t most_in_set = 1U << 15;
 // One element for each share. Blocks of 8 and of 32 have larger errors.
 constexpr std::uint32_t longest_block = share_count;
 
-// What the elements of a row share is told by the differences between its blocks, so a short row
+// What the elements of a row share is known by the differences between its blocks, so a short row
 // has several. Those of a cross-section are few; shares of powers of two fill each other's gaps
-// best. With blocks of 16 the floors of trenches and holes are off by half again what they state.
+// best. With blocks of 16 the floors of trenches and holes err by half again what they state.
 // With four in a section errors of a pair of elements that see each other alone, as in a recess,
 // blow up; rings have four, since neighbours among them see nearly the same.
 constexpr std::uint32_t blocks_in_row = 4;

@@ -75,6 +75,31 @@ auto each_of_row(const Rule& rule) {
   };
 }
 
+/// Asks the rule of carry_outward for the nodes of one leaf; the answers in the order of nodes.
+template <class Rule>
+void ask_leaf(const LeafMask& asked, const Block& phi, const Block& values, const Rule& rule,
+              float* answers) {
+  for (int ij = 0; ij < leaf_edge * leaf_edge; ++ij) {
+    const int i = ij / leaf_edge;
+    const int j = ij % leaf_edge;
+    const auto row = static_cast<unsigned>(asked[i] >> (leaf_edge * j)) & 0xffU;
+    if (row == 0) continue;
+    std::array<float, leaf_edge> answers_of_row{};
+    rule(phi.row(i, j), values.row(i, j), row, answers_of_row.data());
+    for_each_of_row(row, [&](int k) { *answers++ = answers_of_row[k]; });
+  }
+}
+
+/// Writes the answers of ask_leaf to the values of the leaf. Returns the nodes that got a value.
+inline LeafMask take_answers(const LeafMask& asked, const float* answers, float* values) {
+  LeafMask found{};
+  for_each_node(asked, [&](int node) {
+    values[node] = *answers;
+    found[node >> 6] |= std::uint64_t{*answers++ != no_value} << (node & 63);
+  });
+  return found;
+}
+
 /// Carries values from the nodes next to the surface to the whole band.
 ///
 /// rule(phi, values, asked, answers) gives the values of the nodes of a row whose bits are set in
@@ -112,27 +137,12 @@ void carry_outward(const Band& band, std::span<float> values, const Rule& rule) 
         if (asked[n] == LeafMask{}) continue;
         gather<1>(band, n, in_tree, phi);
         gather<1>(band, n, so_far, known);
-        float* answer = &answers[first[n]];
-        for (int ij = 0; ij < leaf_edge * leaf_edge; ++ij) {
-          const int i = ij / leaf_edge;
-          const int j = ij % leaf_edge;
-          const auto row = static_cast<unsigned>(asked[n][i] >> (leaf_edge * j)) & 0xffU;
-          if (row == 0) continue;
-          std::array<float, leaf_edge> answers_of_row{};
-          rule(phi.row(i, j), known.row(i, j), row, answers_of_row.data());
-          for_each_of_row(row, [&](int k) { *answer++ = answers_of_row[k]; });
-        }
+        ask_leaf(asked[n], phi, known, rule, &answers[first[n]]);
       }
     });
     parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t n = begin; n < end; ++n) {
-        const float* answer = answers.data() + first[n];
-        LeafMask found{};
-        for_each_node(asked[n], [&](int node) {
-          values[n * leaf_size + static_cast<std::size_t>(node)] = *answer;
-          found[node >> 6] |= std::uint64_t{*answer++ != no_value} << (node & 63);
-        });
-        nodes.add(n, found);
+        nodes.add(n, take_answers(asked[n], answers.data() + first[n], &values[n * leaf_size]));
       }
     });
     // Nodes on the diagonal look at those beyond it.

@@ -164,7 +164,7 @@ void write_checkpoint(const std::filesystem::path& path, const Layers& layers,
 
 Checkpoint read_checkpoint(const std::filesystem::path& path) {
   const std::string file = read_file(path);
-  // The only place where exceptions of OpenVDB are expected: they tell of damaged files.
+  // The only place where exceptions of OpenVDB are expected: they mean damaged files.
   try {
     std::istringstream content(checked_content(file), std::ios::binary);
     return read_vdb(content);

@@ -243,7 +243,7 @@ float speed_through_layers(const std::vector<float>& speeds, const std::vector<f
   std::size_t layer = exposed;
   for (; layer > 0; --layer) {
     // The highest of the lower layers is met first. One that is not there, like a mask where it is
-    // open, takes no time even if it stands still.
+    // open, takes no time even if it does not move.
     const float to_next = depth[layer - 1] - moved;
     if (!(to_next > 0)) {
       continue;
@@ -254,7 +254,7 @@ float speed_through_layers(const std::vector<float>& speeds, const std::vector<f
     left -= to_next / -speeds[layer];
     moved = depth[layer - 1];
   }
-  // A layer that would grow or stand still stops the surface.
+  // A layer that would grow or stay stops the surface.
   moved += left * std::max(-speeds[layer], 0.0F);
   return -moved / dt;
 }

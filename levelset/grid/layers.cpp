@@ -150,6 +150,12 @@ bool adds_material(const Layers& layers, std::size_t n) {
   return adds;
 }
 
+bool has_material(const Layers& layers, MaterialId material) {
+  for (std::size_t n = 0; n < layers.stack.size(); ++n)
+    if (layers.stack[n].material == material && adds_material(layers, n)) return true;
+  return false;
+}
+
 namespace {
 
 /// Where no more than the given thickness of layer n is left, what lay under the layer below it as

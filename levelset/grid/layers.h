@@ -44,6 +44,9 @@ void cut_lower_layers(Layers& layers);
 /// grid: its material is absent.
 bool adds_material(const Layers& layers, std::size_t n);
 
+/// Whether any layer of a material is there.
+bool has_material(const Layers& layers, MaterialId material);
+
 /// Drops the layers that add no material to the one below them.
 void remove_empty_layers(Layers& layers);
 

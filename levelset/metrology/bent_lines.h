@@ -11,7 +11,7 @@ namespace scarp {
 ///
 /// Points of walls go sideways from where phi is 0 by linear interpolation to where it is by
 /// parabolas along x and y, and segments become arcs where grad phi turns along them. Facets lie
-/// within an arc by up to a fifth of a spacing squared over its radius, by as much as hangs on
+/// within an arc by up to a fifth of a spacing squared over its radius, by as much as depends on
 /// where the nodes lie; what remains is third order in the spacing. At edges second differences, or
 /// turns at both ends, do not agree, and lines stay as they are.
 ///

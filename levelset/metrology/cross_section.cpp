@@ -280,15 +280,6 @@ std::vector<Polyline> clipped(std::span<const Polyline> lines, double left, doub
   return kept;
 }
 
-std::vector<std::vector<Polyline>> cross_section(const Layers& layers, int axis, double position) {
-  std::vector<std::vector<Polyline>> lines;
-  for (const TriMesh& surface : layer_surfaces(layers)) {
-    lines.emplace_back();
-    if (!surface.triangles.empty()) lines.back() = cross_section(surface, axis, position);
-  }
-  return lines;
-}
-
 double area_above_zero(std::span<const Polyline> lines) {
   // Lines have the gas to their left, so that voids count against it, and what closes them along a
   // side adds nothing.

@@ -87,10 +87,6 @@ std::vector<TriMesh> layer_surfaces(const Layers& layers);
 /// The part of lines between two lateral positions.
 std::vector<Polyline> clipped(std::span<const Polyline> lines, double left, double right);
 
-/// The surfaces of all layers, from the lowest up, in the plane r[axis] = position; none for a
-/// layer that adds no material.
-std::vector<std::vector<Polyline>> cross_section(const Layers& layers, int axis, double position);
-
 /// The solid above z = 0 less the gas below, between lines and the sides where they end.
 ///
 /// Units: nm^2.

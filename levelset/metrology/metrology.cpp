@@ -307,7 +307,7 @@ Value mean_facet_width(const Contour& contour, double field, double h) {
 }
 
 // The mesh cuts up to a spacing off the foot of a mask that is undercut, and off the wall below.
-// So both are asked further away, and go on from there towards the interface.
+// So both are asked further away, and continue from there towards the interface.
 
 /// Widths at the interface between a mask and the walls below it.
 class WidthsAtMask {
@@ -378,14 +378,31 @@ class SectionMeasurement {
     if (exposed.contour) found.facet_width = mean_facet_width(*exposed.contour, exposed.field, h_);
     for (const double height : options_.cd_heights)
       found.cd_at.push_back(cd_at(height, structure, exposed));
+    for (const double height : options_.angle_heights)
+      found.angle_at.push_back(angles_at(height, structure, exposed));
     return found;
   }
 
  private:
-  static Value cd_at(double height, const SectionCut& structure, const SectionCut& exposed) {
+  static std::optional<Gap> gap_at(double height, const SectionCut& structure,
+                                   const SectionCut& exposed) {
     const SectionCut& cut = height < structure.field ? structure : exposed;
-    const std::optional<Gap> gap = cut.contour ? cut.contour->gap(height) : std::nullopt;
+    return cut.contour ? cut.contour->gap(height) : std::nullopt;
+  }
+
+  static Value cd_at(double height, const SectionCut& structure, const SectionCut& exposed) {
+    const std::optional<Gap> gap = gap_at(height, structure, exposed);
     return gap ? Value(gap->width()) : std::nullopt;
+  }
+
+  /// By the walls a spacing above and below: what is nearer to a foot or an edge has no angle.
+  std::array<Value, 2> angles_at(double height, const SectionCut& structure,
+                                 const SectionCut& exposed) const {
+    const std::optional<Gap> lower = gap_at(height - h_, structure, exposed);
+    const std::optional<Gap> upper = gap_at(height + h_, structure, exposed);
+    if (!lower || !upper) return {};
+    return {std::atan2(2 * h_, lower->left - upper->left),
+            std::atan2(2 * h_, upper->right - lower->right)};
   }
 
   /// Between surface k and the one below it.
@@ -500,6 +517,10 @@ OpeningMetrology mean_section(std::span<const OpeningMetrology> sections, double
     result.*member = mean_of(sections, [&](const auto& each) { return each.*member; });
   for (std::size_t n = 0; n < result.cd_at.size(); ++n)
     result.cd_at[n] = mean_of(sections, [&](const auto& each) { return each.cd_at[n]; });
+  for (std::size_t n = 0; n < result.angle_at.size(); ++n)
+    for (std::size_t side = 0; side < 2; ++side)
+      result.angle_at[n][side] =
+          mean_of(sections, [&](const auto& each) { return each.angle_at[n][side]; });
   for (std::size_t n = 0; n < result.films.size(); ++n) {
     for (const auto member : averaged_of_films) {
       result.films[n].*member =
@@ -570,7 +591,7 @@ std::vector<OpeningMetrology> measure_both_ways(const WaferSurfaces& surfaces,
     if (auto across_y = measure_opening(surfaces, options, map, n, 1))
       found.push_back(*std::move(across_y));
   if (along_y) return found;
-  if (surfaces.frame().axisymmetric) {
+  if (surfaces.frame().is_around_axis()) {
     if (found.empty()) return found;
     found.push_back(found.back());
     found.back().axis = 0;

@@ -23,6 +23,8 @@ struct MetrologyOptions {
   std::vector<MaterialId> masks{};
   /// Heights at which widths are wanted.
   std::vector<double> cd_heights{};
+  /// Heights at which the angles of walls are wanted.
+  std::vector<double> angle_heights{};
   /// Something was etched at speeds that depend on the slope: the grid rounds the feet of walls,
   /// and lowest points have an error.
   bool feet_are_rounded = false;
@@ -75,7 +77,9 @@ struct OpeningMetrology {
   std::optional<double> selectivity{};
   std::optional<double> arde_lag{};
   std::vector<std::optional<double>> cd_at{};  ///< at MetrologyOptions::cd_heights
-  std::vector<FilmMetrology> films{};          ///< of all layers but the lowest, from below
+  /// Of the left and the right wall at MetrologyOptions::angle_heights.
+  std::vector<std::array<std::optional<double>, 2>> angle_at{};
+  std::vector<FilmMetrology> films{};  ///< of all layers but the lowest, from below
 
   std::optional<double> bottom_height{};  ///< of the structure in the middle, also if it is flat
   std::optional<double> lowest_height{};  ///< of the structure

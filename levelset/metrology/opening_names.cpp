@@ -2,8 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
-#include <span>
+#include <limits>
 
 namespace scarp {
 
@@ -250,7 +249,82 @@ class Naming {
   std::vector<std::optional<std::size_t>> wholes_;   ///< of which it is a new part
 };
 
+/// Reads what numbers_of() wrote, front to back. Past a number that cannot be there it reads zeros.
+class NumberReader {
+ public:
+  explicit NumberReader(std::span<const double> numbers) : numbers_(numbers) {}
+
+  bool is_at_end() const { return numbers_.empty(); }
+  bool is_whole() const { return is_whole_; }
+
+  double next() {
+    if (numbers_.empty() || !std::isfinite(numbers_.front())) return fail();
+    const double number = numbers_.front();
+    numbers_ = numbers_.subspan(1);
+    return number;
+  }
+
+  std::uint32_t count() {
+    const double number = next();
+    if (number >= 0 && number <= std::numeric_limits<std::uint32_t>::max())
+      return static_cast<std::uint32_t>(number);
+    fail();
+    return 0;
+  }
+
+ private:
+  double fail() {
+    numbers_ = {};
+    is_whole_ = false;
+    return 0;
+  }
+
+  std::span<const double> numbers_;
+  bool is_whole_ = true;
+};
+
+NamedOpening read_opening(NumberReader& reader) {
+  NamedOpening opening;
+  opening.place = {reader.next(), reader.next()};
+  opening.is_there = reader.next() != 0;
+  for (auto left = reader.count(); left > 0 && reader.is_whole(); --left)
+    opening.parts.push_back(reader.count());
+  for (auto left = reader.count(); left > 0 && reader.is_whole(); --left) {
+    const std::uint32_t first = reader.count();
+    opening.nodes.push_back({.first = first, .count = reader.count()});
+  }
+  return opening;
+}
+
 }  // namespace
+
+// For each opening its place, whether it is there, and two lists, each behind its length: parts;
+// runs of nodes as pairs.
+std::vector<double> numbers_of(const OpeningNames& names) {
+  std::vector<double> numbers;
+  for (const NamedOpening& each : names.known()) {
+    numbers.insert(numbers.end(), {each.place[0], each.place[1], each.is_there ? 1.0 : 0.0});
+    numbers.push_back(static_cast<double>(each.parts.size()));
+    for (const std::size_t part : each.parts) numbers.push_back(static_cast<double>(part));
+    numbers.push_back(static_cast<double>(each.nodes.size()));
+    for (const NodeRun& run : each.nodes) {
+      numbers.push_back(run.first);
+      numbers.push_back(run.count);
+    }
+  }
+  return numbers;
+}
+
+std::optional<OpeningNames> opening_names_of(std::span<const double> numbers) {
+  NumberReader reader(numbers);
+  std::vector<NamedOpening> openings;
+  while (!reader.is_at_end()) openings.push_back(read_opening(reader));
+  if (!reader.is_whole()) return std::nullopt;
+  for (const NamedOpening& each : openings)
+    for (const std::size_t part : each.parts)
+      if (part >= openings.size()) return std::nullopt;
+  return OpeningNames(std::move(openings));
+}
 
 double copy_near(const Frame& frame, int axis, double position, double other) {
   if (frame.boundary[axis] != Boundary::periodic) return position;

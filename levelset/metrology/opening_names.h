@@ -4,6 +4,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "levelset/metrology/openings.h"
@@ -42,6 +44,12 @@ class OpeningNames {
  private:
   std::vector<NamedOpening> known_;
 };
+
+/// Everything that is known, as numbers for a file.
+std::vector<double> numbers_of(const OpeningNames& names);
+
+/// What numbers_of() gave; nothing if the numbers are not whole.
+std::optional<OpeningNames> opening_names_of(std::span<const double> numbers);
 
 /// Of a lateral position and its copies over periodic sides the one that is nearest to another.
 double copy_near(const Frame& frame, int axis, double position, double other);

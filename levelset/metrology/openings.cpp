@@ -84,7 +84,7 @@ class OpeningMap::Flood {
   }
 
   /// The middle of the area, unfolded, as indices of nodes. What counts of the cells at its border
-  /// are samples: with whole cells it would hang on where the nodes lie.
+  /// are samples: with whole cells it would depend on where the nodes lie.
   std::array<double, 2> middle_of_area() const {
     constexpr int samples = 8;  // along an axis
     std::array<double, 2> sum{};
@@ -141,8 +141,8 @@ class OpeningMap::Flood {
     }
     const Sides sides = map_.frame_.sides();
     const auto [on_lower, on_upper] = on_side_[axis];
-    const bool is_around_axis = map_.frame_.axisymmetric && axis == 1;
-    if (map_.frame_.axisymmetric) {
+    const bool is_around_axis = map_.frame_.is_around_axis() && axis == 1;
+    if (map_.frame_.is_around_axis()) {
       // What reaches the side lies around what stands on the axis.
       through_[axis] = on_side_[0][0] || on_side_[0][1];
     } else {

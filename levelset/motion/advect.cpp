@@ -333,11 +333,6 @@ void require_finite(const Layers& layers, const std::vector<float>& speed) {
 
 }  // namespace
 
-double stable_time_step(const Layers& layers, const SpeedField& field, double cfl) {
-  return field.max_speed > 0 ? cfl * layers.frame.spacing / field.max_speed
-                             : std::numeric_limits<double>::infinity();
-}
-
 double advect(Layers& layers, const SpeedField& field, double dt, Scheme scheme) {
   require_finite(layers, field.speed);
   for (const AngularSpeed& part : field.angular) {

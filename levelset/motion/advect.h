@@ -10,10 +10,6 @@ namespace scarp {
 /// monotone up to 1 / sqrt(3), the band follows up to 1.
 inline constexpr double max_cfl = 0.577;
 
-/// The time in which the fastest place of the surface moves by cfl spacings; infinite if nothing
-/// moves. Units: s.
-double stable_time_step(const Layers& layers, const SpeedField& field, double cfl);
-
 /// Moves the top layer by its speeds for dt, re-distances it, and cuts the lower layers by it.
 ///
 /// Speeds that depend on the normal are moved by the local Lax-Friedrichs scheme, with WENO5 where
@@ -24,7 +20,7 @@ double stable_time_step(const Layers& layers, const SpeedField& field, double cf
 ///
 /// Returns the volume of residues, see keep_inert_layers; of all else that goes, speeds tell.
 ///
-/// Units:  dt in s, at most stable_time_step of max_cfl; the volume in nm^3.
+/// Units:  dt in s, at most that in which the fastest place moves by max_cfl; the volume in nm^3.
 /// Throws: NumericalError for a speed that is not finite.
 /// Cost:   see docs; linear in the area of the surface.
 /// Source: Osher and Sethian 1988; Shu and Osher 1988 (TVD Runge-Kutta); differences.h.

@@ -16,7 +16,7 @@ namespace scarp {
 /// What such a film does comes from the line: there begins the fan of all slopes from that along
 /// the wall's normal on. So the line climbs at the speed that the film has with a surface straight
 /// away from the wall, and stays where it is if ions would take that off; with the speed of the
-/// film's own slope it would climb all walls, each at a rate that hangs on where the wall lies
+/// film's own slope it would climb all walls, each at a rate that depends on where the wall lies
 /// between nodes.
 ///
 /// Shape: film is the layer that is seen at the node, normal that of the film. A wall is a layer

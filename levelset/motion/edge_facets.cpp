@@ -24,7 +24,7 @@ constexpr double most_height = 5;
 constexpr double nearest_top = 1;
 constexpr double furthest_top = 4.5;
 
-/// In narrower openings, in spacings, facets meet before they are let go: the crystal's height
+/// In narrower openings, in spacings, facets meet before they are released: the crystal's height
 /// tells nothing of the time then.
 constexpr double least_width = 8;
 

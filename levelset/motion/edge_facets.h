@@ -26,7 +26,7 @@ struct HeldNode {
 /// facet itself do not stay behind it. Nothing is taken away from a crystal that is already
 /// further.
 ///
-/// Only for speeds that grow a crystal beside what stands still; edges are those of upright or
+/// Only for speeds that grow a crystal beside what does not move; edges are those of upright or
 /// leaning walls at least a spacing high.
 ///
 /// Shape: mobility as by mobilities(). Units: dt in spacings per (nm/s).

@@ -43,7 +43,7 @@ std::optional<FacetShare> leading_share(const TriMesh& facets, std::span<const F
 }
 
 /// The speed that a layer has at a node next to the surface: with factors of the normal at that of
-/// phi, which does not hang on how facets lie there.
+/// phi, which does not depend on how facets lie there.
 class SpeedAt {
  public:
   SpeedAt(const NearNode& at, std::span<const FacetShare> facets,
@@ -107,7 +107,7 @@ bool only_grow(std::span<const LayerSpeeds> speeds_of_layers) {
   });
 }
 
-/// A node belongs to what grows or to what stands still, by the last field, never to both.
+/// A node belongs to what grows or to what does not move, by the last field, never to both.
 void part_from_standing(std::vector<std::vector<float>>& fields) {
   constexpr std::size_t grain = 8 * leaf_size;
   constexpr float half = 0.5F;
@@ -120,7 +120,7 @@ void part_from_standing(std::vector<std::vector<float>>& fields) {
   });
 }
 
-/// Lets what grows by its normal pass over what stands still: a speed without a normal, where it
+/// Lets what grows by its normal pass over what does not move: a speed without a normal, where it
 /// has none of its own.
 void pass_inert(const Layers& layers, const std::vector<bool>& is_inert, double dt,
                 const std::vector<float>& whole, std::vector<float>& speed) {
@@ -158,34 +158,23 @@ bool is_zero(const CornerSpeeds& speeds) {
   });
 }
 
-}  // namespace
-
-SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh& facets,
-                         std::span<const std::array<float, 3>> corner_speeds) {
-  SCARP_ASSERT(facets.triangles.size(), ==, corner_speeds.size());
-  const auto speed_at = [&](const NearNode&, std::span<const FacetShare> shares,
-                            std::span<float> values) {
-    const std::optional<FacetShare> leading = leading_share(facets, shares, corner_speeds);
-    values[0] = speed_on(corner_speeds, leading ? std::span(&*leading, 1) : shares);
-  };
-  SpeedField field;
-  field.closed = closed_nodes(layers, gas);
-  const double distance = close_facets * layers.frame.spacing;
-  FacetTree tree(facets);
-  field.speed = std::move(Extension(layers, gas, tree, distance, speed_at).run(1).front());
-  update_max_speed(layers, field);
-  return field;
-}
-
-SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh& facets,
-                         std::span<const CornerSpeeds> speeds_of_layers, double dt) {
-  std::vector<LayerSpeeds> parts;
-  for (const CornerSpeeds& speeds : speeds_of_layers) {
-    parts.push_back({.speed = speeds});
+/// Which layers move, and how fast each recedes at most.
+void find_moving_layers(std::span<const LayerSpeeds> speeds_of_layers,
+                        std::span<const AngularFactor> factors, std::size_t facet_count,
+                        SpeedField& field) {
+  const LimitingSpeed limiting_speed(factors);
+  for (const LayerSpeeds& layer : speeds_of_layers) {
+    SCARP_ASSERT(facet_count, ==, layer.speed.size());
+    SCARP_ASSERT(layer.parts.size(), ==, factors.empty() ? 0 : 1 + factors.size());
+    field.is_inert.push_back(is_zero(layer.speed) &&
+                             std::all_of(layer.parts.begin(), layer.parts.end(), is_zero));
+    field.fastest_etch.push_back(fastest_etch_of(layer, limiting_speed));
   }
-  FacetTree tree(facets);
-  return extend_speeds(layers, gas, tree, parts, {}, dt, close_facets * layers.frame.spacing);
+  field.grows_beside_inert =
+      !factors.empty() && has_standing_layers(field) && only_grow(speeds_of_layers);
 }
+
+}  // namespace
 
 SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, FacetTree& facets,
                          std::span<const LayerSpeeds> speeds_of_layers,
@@ -241,16 +230,7 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, FacetTree& fa
       values[2 + factors.size()] = field.is_inert[seen] ? 0 : 1;
     }
   };
-  const LimitingSpeed limiting_speed(factors);
-  for (const LayerSpeeds& layer : speeds_of_layers) {
-    SCARP_ASSERT(facets.facets.triangles.size(), ==, layer.speed.size());
-    SCARP_ASSERT(layer.parts.size(), ==, factors.empty() ? 0 : 1 + factors.size());
-    field.is_inert.push_back(is_zero(layer.speed) &&
-                             std::all_of(layer.parts.begin(), layer.parts.end(), is_zero));
-    field.fastest_etch.push_back(fastest_etch_of(layer, limiting_speed));
-  }
-  field.grows_beside_inert =
-      !factors.empty() && has_standing_layers(field) && only_grow(speeds_of_layers);
+  find_moving_layers(speeds_of_layers, factors, facets.facets.triangles.size(), field);
   // Then the last ones are the whole speed, and how much of it is that of what grows.
   const std::size_t count = 1 + factors.size() + (field.grows_beside_inert ? 2 : 0);
   auto fields = Extension(layers, gas, facets, distance, values_at)
@@ -269,17 +249,7 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, FacetTree& fa
   for (std::size_t part = 0; part < factors.size(); ++part) {
     field.angular.push_back({factors[part], std::move(fields[1 + part])});
   }
-  update_max_speed(layers, field);
   return field;
-}
-
-double stable_time_step(const Layers& layers, std::span<const CornerSpeeds> speeds_of_layers,
-                        double cfl) {
-  std::vector<LayerSpeeds> parts;
-  for (const CornerSpeeds& speeds : speeds_of_layers) {
-    parts.push_back({.speed = speeds});
-  }
-  return stable_time_step(layers, parts, {}, cfl);
 }
 
 double stable_time_step(const Layers& layers, std::span<const LayerSpeeds> speeds_of_layers,

@@ -19,6 +19,14 @@ inline constexpr double close_facets = 0.5;
 /// Speeds at the three corners of every facet. Units: nm/s.
 using CornerSpeeds = std::vector<std::array<float, 3>>;
 
+/// How one layer would move if it were seen.
+struct LayerSpeeds {
+  CornerSpeeds speed;  ///< at the facets' own normals
+  /// What speed consists of: the part that does not depend on the normal, then the amplitude of
+  /// every factor. Empty where there are no factors.
+  std::vector<CornerSpeeds> parts{};
+};
+
 /// Carries speeds from the facets of a mesh to the nodes of the band.
 ///
 /// A node next to the surface takes the speed at the closest point of the facets, linear between
@@ -27,49 +35,27 @@ using CornerSpeeds = std::vector<std::array<float, 3>>;
 /// alike (facet_shares.h). From there speeds are constant along the normals. Nodes of closed voids,
 /// and solid whose nearest surface is not in the mesh, have speed 0.
 ///
-/// Shape:  one entry of corner_speeds per facet; facets may be simplified, as long as they stay
-///         within half a spacing of the surface.
+/// Every node takes the speed of the layer that is seen at the surface nearest to it; with factors
+/// it gets the amplitudes of that layer. Where the surface passes from layer to layer within dt,
+/// the speed is the mean over dt, and amplitudes are scaled: a film much thinner than a spacing
+/// delays an etch by the right time. Layers whose speeds are all 0 lose nothing. A film beside a
+/// wall that stays where it is has one speed, without a normal (contact_line.h).
+///
+/// The facets may be simplified, as long as they stay within distance of the surface, and may be
+/// those of some time before. Speeds do not depend on what facets keeps; it spares most queries of
+/// all calls but the first.
+///
+/// Shape:  speeds_of_layers[k] is how the facets would move if layer k were seen there; its parts
+///         have one entry more than factors.
+/// Units:  dt in s, advect must be called with the same; distance in nm.
 /// Cost:   a closest-point query per node next to the surface, about half a microsecond each.
-SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh& facets,
-                         std::span<const std::array<float, 3>> corner_speeds);
-
-/// The same for a stack whose layers move at different speeds.
-///
-/// Every node takes the speed of the layer that is seen at the surface nearest to it. Where the
-/// surface passes from layer to layer within dt, the speed is the mean over dt: a film much thinner
-/// than a spacing delays an etch by the right time. Layers whose speeds are all 0 lose nothing.
-///
-/// Shape:  speeds_of_layers[k][f] is what facet f would have if layer k were seen there.
-/// Units:  dt in s; advect must be called with the same.
-SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh& facets,
-                         std::span<const CornerSpeeds> speeds_of_layers, double dt);
-
-/// How one layer would move if it were seen, with speeds that depend on the normal.
-struct LayerSpeeds {
-  CornerSpeeds speed;  ///< at the facets' own normals
-  /// What speed consists of: the part that does not depend on the normal, then the amplitude of
-  /// every factor. Empty where there are no factors.
-  std::vector<CornerSpeeds> parts{};
-};
-
-/// The same for speeds that depend on the normal: a node gets the amplitudes of the layer that is
-/// seen, scaled where the surface passes from layer to layer within dt. The facets may be those of
-/// the surface some time before: how far they may be from it is told. A film beside a wall that
-/// stays where it is has one speed, without a normal (contact_line.h).
-///
-/// Speeds do not depend on what facets keeps; it spares most queries of all calls but the first.
-/// Shape: speeds_of_layers[k].parts has one entry more than factors. Units: distance in nm.
 SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, FacetTree& facets,
                          std::span<const LayerSpeeds> speeds_of_layers,
                          std::span<const AngularFactor> factors, double dt, double distance);
 
 /// The time in which the fastest layer moves by cfl spacings, of those layers that are seen or lie
-/// within two spacings below the surface. Units: s.
-double stable_time_step(const Layers& layers, std::span<const CornerSpeeds> speeds_of_layers,
-                        double cfl);
-
-/// The same for speeds that depend on the normal, whose kinks may run faster than the surface
-/// moves.
+/// within two spacings below the surface. Speeds that depend on the normal have kinks, which may
+/// run faster than the surface moves. Units: s.
 double stable_time_step(const Layers& layers, std::span<const LayerSpeeds> speeds_of_layers,
                         std::span<const AngularFactor> factors, double cfl);
 

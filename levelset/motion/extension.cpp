@@ -39,9 +39,9 @@ float faster(float a, float b) {
   return std::abs(a) > std::abs(b) ? a : std::min(a, b);
 }
 
-/// Nodes in solid that stands still, and in solid that moves, where there is some of both.
+/// Nodes in solid that does not move, and in solid that moves, where there is some of both.
 ///
-/// What stands still tells solid that moves nothing: under the edge of a mask the surface that
+/// What does not move tells solid that moves nothing: under the edge of a mask the surface that
 /// arrives is that beside the mask, even if the mask's own is nearer or as near.
 class SolidNodes {
  public:

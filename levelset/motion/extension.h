@@ -74,7 +74,7 @@ class Extension {
         values_at_(std::move(values_at)) {}
 
   /// Shape: 512 per leaf, of each of the given number of values; is_inert one per layer, or
-  ///        empty. With still_within nodes in solid that stands still have values of 0.
+  ///        empty. With still_within nodes in solid that does not move have values of 0.
   std::vector<std::vector<float>> run(std::size_t value_count,
                                       const std::vector<bool>& is_inert = {},
                                       bool still_within = false);

@@ -15,7 +15,7 @@ namespace {
 /// Only nodes this near to the surface, in spacings, can be next to it after a time step.
 constexpr float near_surface = 2;
 
-/// What is left of a film where the layer below it stands still and is seen next to it goes with
+/// What is left of a film where the layer below it does not move and is seen next to it goes with
 /// the film once it is thinner than this, in spacings: there both ends of an edge hold it.
 constexpr float residue_thickness = 0.05F;
 
@@ -79,7 +79,7 @@ double for_each_near_node(const Layers& layers, const LeafValues& from, LeafValu
       [](double sum, double part) { return sum + part; });
 }
 
-/// The layers that stand still, as nodes of the band see them.
+/// The layers that do not move, as nodes of the band see them.
 class InertLayers {
  public:
   static constexpr int none = -1;
@@ -273,7 +273,7 @@ class Keeper {
     return limit;
   }
 
-  /// Inside a standing layer: where its surface was seen phi stays; where it comes to light the
+  /// Inside a standing layer: where its surface was seen phi stays; where it becomes exposed the
   /// buried interface becomes the surface; elsewhere phi stays behind both.
   NewPhi limit_inside(int layer, std::array<int, 3> node, const float* old, float wanted,
                       const LeafValues& moved) const {

@@ -6,17 +6,17 @@
 
 namespace scarp {
 
-/// Whether some layers stand still while others move.
+/// Whether some layers do not move while others move.
 bool has_standing_layers(const SpeedField& field);
 
-/// Takes back what a time step removed from layers that stand still.
+/// Takes back what a time step removed from layers that do not move.
 ///
 /// Speeds next to the line where such a layer (a mask) meets one that moves belong to the nearest
 /// surface, so the moving one reaches over by part of a spacing. Here both ends of every edge that
 /// is cut on the standing layer's surface keep their phi: no vertex of that surface moves by one
 /// bit. Where the surface arrives at the layer from below, it is put on the buried interface.
 /// Growth remains. What is left of a film beside such a layer goes with it once it is thinner than
-/// 0.05 spacings; the volume of these residues is told.
+/// 0.05 spacings; the volume of these residues is reported.
 ///
 /// Shape: moved has the new phi of every leaf of the top's band, the layers still the old one; room
 ///        for as many values, what they are does not matter.

@@ -126,7 +126,7 @@ SCARP_VECTOR_KERNEL Gradients weno5_gradients(const float* row, const float* mob
 /// it.
 constexpr float leaning = 0.5F;
 
-/// Differences to what stands still are those on the other side, or nothing for a film that goes
+/// Differences to what does not move are those on the other side, or nothing for a film that goes
 /// along it: with its own slope every small lead or lag at the wall would grow.
 void see_past_standing(const float* mobility, Gradients& gradients) {
   for (int k = 0; k < leaf_edge; ++k) {
@@ -358,7 +358,7 @@ bool etches_crystal_in_row(const SpeedField& field, std::size_t first) {
 }
 
 /// Nodes further from the surface, in spacings, are not next to it after a time step: all that
-/// counts of them is their side, and phi is made anew.
+/// counts of them is their side, and phi is computed again.
 constexpr float next_to_surface = 1.7F;
 
 bool moves(const SpeedField& field, std::size_t node) {

@@ -35,7 +35,7 @@ struct FreeLeaf {
 /// the dissipation takes the mean of the two: with WENO5 alone a pit sinks, with the others alone
 /// its tip is blunt by two spacings.
 ///
-/// Where something grows beside what stands still, differences to nodes that stand still count as
+/// Where something grows beside what does not move, differences to nodes that do not move count as
 /// those on the other side, so that a film that meets a mask knows its own normal alone. Such nodes
 /// move by their speed as distances do: the film passes over them, see overgrow().
 ///
@@ -65,7 +65,7 @@ bool is_etched_by_beam(const SpeedField& field);
 void book_rise(Layers& layers, const SpeedField& field, std::span<const float> before);
 
 /// Zero where V is zero whatever the normal, positive elsewhere, also outside the band. Where
-/// something grows beside what stands still the part of V that does not depend on the normal does
+/// something grows beside what does not move the part of V that does not depend on the normal does
 /// not count.
 ///
 /// Shape: 512 values per leaf.

@@ -114,7 +114,7 @@ class Overgrowth {
   }
 
  private:
-  /// Gas that only sees what stands still.
+  /// Gas that only sees what does not move.
   void find_nodes() {
     const std::vector<bool> in_reach = leaves_in_reach();
     for (std::size_t at = 0; at < speed_.size(); ++at) {
@@ -168,7 +168,7 @@ class Overgrowth {
     return node;
   }
 
-  /// Whether a node lies in solid that stands still.
+  /// Whether a node lies in solid that does not move.
   bool stands(const Node& node) const {
     if (!(phi(node) < 0)) return false;
     for (std::size_t layer = 0; layer < layers_.stack.size(); ++layer) {
@@ -191,7 +191,7 @@ class Overgrowth {
     return false;
   }
 
-  /// What is known of a film at a node that does not stand still; in solid only at its surface:
+  /// What is known of a film at a node that moves; in solid only at its surface:
   /// what lies buried below a mask is not on its way.
   Film known(const Node& node, const std::vector<Film>& found) const {
     const std::size_t at = place(node);
@@ -203,7 +203,7 @@ class Overgrowth {
     return speed_[at] > 0 && (here >= 0 || touches_gas(node)) ? Film{here, speed_[at]} : Film{};
   }
 
-  /// The same at a neighbour; what stands still takes part as if the film went on in it.
+  /// The same at a neighbour; what does not move takes part as if the film went on in it.
   Film seen_at(const Node& other, const Node& from, const std::vector<Film>& found) const {
     if (!stands(other)) return known(other, found);
     Film nearest;

@@ -6,7 +6,7 @@
 
 namespace scarp {
 
-/// Lets what grows pass over what stands still, next to which speeds are those of the latter.
+/// Lets what grows pass over what does not move, next to which speeds are those of the latter.
 ///
 /// Gas next to a mask knows the distance to the mask, which does not change; a film that comes
 /// along would have to wait until it is nearer, node after node. Here such nodes look for the

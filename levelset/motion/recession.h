@@ -18,7 +18,7 @@ bool has_slow_layers(const SpeedField& field);
 /// Speeds belong to nodes, and a film much thinner than a spacing has none of its own: where the
 /// surface arrives along it, nodes behind it move on with the layer above. Here no node's phi rises
 /// by more than in dt the layers take that lie on its way, whose own phi knows where they are to
-/// the last bit: a layer that stands still is never passed. Surfaces of lower layers that are open
+/// the last bit: a layer that does not move is never passed. Surfaces of lower layers that are open
 /// beside a film go on as they were.
 ///
 /// Shape: moved has the new phi of every leaf of the top's band, the layers still the old one.

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 #include "core/angular_factor.h"
@@ -26,43 +25,26 @@ struct AngularSpeed {
 struct SpeedField {
   std::vector<float> speed;
   std::vector<AngularSpeed> angular{};  ///< parts that depend on the normal, beside speed
-  float max_speed = 0;                  ///< largest magnitude at nodes next to the surface
-  /// One per layer; nothing is ever taken away from a layer that stands still. May be empty.
+  /// One per layer; nothing is ever taken away from a layer that does not move. May be empty.
   std::vector<bool> is_inert{};
   /// One per layer: no place of it recedes faster than that, >= 0. May be empty. Rounded up by a
-  /// thousandth at most, so that it does not hang on which places were asked. Units: nm/s.
+  /// thousandth at most, so that it does not depend on which places were asked. Units: nm/s.
   std::vector<float> fastest_etch{};
-  /// Some layers stand still, and speeds that depend on the normal let the others grow: where
-  /// amplitudes are zero phi is the distance to what stands still, and tells nothing of the surface
-  /// that grows.
+  /// Some layers do not move, and speeds that depend on the normal let the others grow: where
+  /// amplitudes are zero phi is the distance to what does not move, and tells nothing of the
+  /// surface that grows.
   bool grows_beside_inert = false;
   /// Gas of closed voids: one bit per node, 8 words per leaf; empty if there are none.
   std::vector<std::uint64_t> closed{};
   /// The part of the nodes next to the surface that see another material than the facet does whose
-  /// speed they take: what has come to light since the facets were made.
+  /// speed they take: what has become exposed since the facets were made.
   double newly_seen = 0;
 };
-
-/// Speeds given as a function of position and exposed material, at every node of the band.
-///
-/// Closed voids move too. With dt > 0 the surface may pass through thin layers within dt: the
-/// speeds are then the mean over dt, and materials of speed 0 stand still.
-/// The function is called from several threads.
-SpeedField prescribe_speeds(const Layers& layers,
-                            const std::function<double(Vec3d r, MaterialId material)>& speed,
-                            double dt = 0);
-
-/// Speeds that depend on the normal: amplitude(position, exposed material) times one factor.
-SpeedField prescribe_speeds(const Layers& layers, const AngularFactor& factor,
-                            const std::function<double(Vec3d r, MaterialId material)>& amplitude);
 
 /// How fast something recedes, rounded up.
 float fastest_etch(float speed);
 
 /// Whether a crystal is etched somewhere.
 bool etches_crystal(const SpeedField& field);
-
-/// Sets max_speed from the speeds at nodes with |phi| < 1.
-void update_max_speed(const Layers& layers, SpeedField& field);
 
 }  // namespace scarp

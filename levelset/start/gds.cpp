@@ -14,7 +14,6 @@
 #include "core/printable.h"
 #include "core/recipe/quantity.h"
 #include "core/suggestion.h"
-#include "core/system/read_file.h"
 #include "levelset/start/gds_library.h"
 
 namespace scarp {
@@ -28,7 +27,7 @@ constexpr std::size_t most_placements = 20'000'000;
 /// Cells within cells; layouts have ten or twenty.
 constexpr int most_levels = 200;
 
-/// Database units of layouts lie between these; what lies beyond is told. Units: nm.
+/// Database units of layouts lie between these; what lies beyond is refused. Units: nm.
 constexpr double least_unit = 1e-3;
 constexpr double most_unit = 1e3;
 
@@ -278,7 +277,7 @@ class Census {
     datatypes_.insert(element.datatype);
     for (const Loop& loop : loops)
       for (const Point2& point : loop) extent.add(point);
-    // How wide it is there hangs on who refers to it.
+    // How wide it is there depends on who refers to it.
     if (element.kind == GdsElement::Kind::path && element.width < 0)
       extent = {{-infinity, -infinity}, {infinity, infinity}};
   }
@@ -533,10 +532,6 @@ std::string chosen_cell(const std::filesystem::path& file, const GdsLibrary& lib
 }
 
 }  // namespace
-
-Layout read_gds(const std::filesystem::path& file, const GdsSelection& selection) {
-  return read_gds(file, read_file(file), selection);
-}
 
 Layout read_gds(const std::filesystem::path& file, std::string_view content,
                 const GdsSelection& selection) {

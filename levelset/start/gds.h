@@ -48,9 +48,6 @@ struct Layout {
 ///         the cell or the layer, has nothing on the layer that has an area, has a cell that
 ///         contains itself, cells more than 200 levels deep, more than a million shapes on the
 ///         layer within the window, or points beyond 1 m.
-Layout read_gds(const std::filesystem::path& file, const GdsSelection& selection);
-
-/// As read_gds, of the content of a file that was read before.
 Layout read_gds(const std::filesystem::path& file, std::string_view content,
                 const GdsSelection& selection);
 

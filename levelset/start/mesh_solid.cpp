@@ -283,7 +283,7 @@ std::optional<std::string> fault_of_bodies(const TriMesh& mesh) {
 }
 
 /// Next to the middle of a facet of one part is outside on the one side and inside on the other,
-/// unless another facet lies on it or right beside it: which side is which hangs on chance then.
+/// unless another facet lies on it or right beside it: which side is which depends on chance then.
 std::optional<std::string> fault_of_folds(const TriMesh& part) {
   constexpr double beside = 1e-3;    // times the height of the facet
   constexpr double rounding = 1e-6;  // times the coordinates

@@ -214,9 +214,9 @@ class PlaceChecks {
 
   /// Whether a shape that is not round meets a frame that goes around an axis.
   bool is_lopsided(const std::string& prefix) {
-    if (frame_.axisymmetric)
+    if (frame_.is_around_axis())
       report_.report(prefix + "shape", "is not the same all around the axis; use a round shape");
-    return frame_.axisymmetric;
+    return frame_.is_around_axis();
   }
 
   /// A slot, trench or fin: one interval across.
@@ -242,7 +242,7 @@ class PlaceChecks {
                   repeat.count[axis], repeat.pitch[axis], between});
       }
     }
-    if (frame_.axisymmetric) {
+    if (frame_.is_around_axis()) {
       if (centre[0] != 0 || centre[1] != 0)
         report_.report(prefix + "center", "must be on the axis, [0, 0]");
       if (repeat.count[0] != 1 || repeat.count[1] != 1)

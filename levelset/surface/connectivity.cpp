@@ -165,7 +165,7 @@ class RegionList {
       if (!is_new_[n]) continue;
       for (int axis = 0; axis < 2; ++axis) {
         if (!band_.frame().half[axis]) continue;
-        if (is_cut[n][axis] || band_.frame().axisymmetric) {
+        if (is_cut[n][axis] || band_.frame().is_around_axis()) {
           regions_[n].volume *= 2;
         } else {
           regions_[n].images *= 2;

@@ -80,8 +80,8 @@ void check_vertices(const std::string& name, const RawMesh& mesh) {
                 std::abs(box.upper.x), std::abs(box.upper.y), std::abs(box.upper.z)});
   if (0x1p-24 * farthest > most_rounding * facet_size) {
     throw InputError(name +
-                     ": lies so far from the origin that its coordinates, held to 24 bits, "
-                     "are off by more than a hundredth of its facets; move it to the origin");
+                     ": lies so far from the origin that 24 bits cannot hold its coordinates to a "
+                     "hundredth of its facets; move it to the origin");
   }
 }
 

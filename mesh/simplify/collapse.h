@@ -27,17 +27,12 @@ class CollapseChecks {
   /// worked on at the same time (blocks.h). These have to outlive them.
   CollapseChecks sharing();
 
-  /// Whether h may be collapsed to r: no facet flips or loses its area, borders stay, and the
-  /// bound holds. The star of h is gathered on the way.
-  bool allow(const CollapseMesh& mesh, std::uint32_t h, Vec3d r) {
-    return gather(mesh, h, r) && keeps_surface(mesh, h) && keeps_bound(mesh);
-  }
-
   /// Gathers the star of h and the facets that it has with the merged vertex at r. False if there
   /// are too many of them, or none.
   bool gather(const CollapseMesh& mesh, std::uint32_t h, Vec3d r);
 
-  /// The cheap part of allow(), and the dear one, to be asked after it. Both after gather().
+  /// Whether h may be collapsed to r, to be asked in this order after gather(): no facet flips or
+  /// loses its area, and borders stay; then, more expensive, that the bound holds.
   bool keeps_surface(const CollapseMesh& mesh, std::uint32_t h);
   bool keeps_bound(const CollapseMesh& mesh) { return keeps_bound(mesh, star_, place_); }
 

@@ -64,8 +64,8 @@ class CollapsePasses {
     double nearest = 0;           ///< to its number, of the vertices that are left
     double least = 0.01;          ///< of what has to go: a pass that removes less is the last one
     double share_of_pass = 0.25;  ///< how much of all edges it tries, the cheapest first
-    /// At most so many for each vertex that has still to go: dear edges must not go in place of
-    /// cheap ones that come up later.
+    /// At most so many for each vertex that has still to go: expensive edges must not go in place
+    /// of cheap ones that come up later.
     double tries = 1.5;
   };
   /// Until passes do little, or nearly so few vertices are left (0: as few as may be). Returns

@@ -127,9 +127,9 @@ template <Measure measure, class Number>
   const auto is_near = dot(shift, shift) <= squared_reach * square;
   const Vec3<Number> r{is_near ? lowest.x : middle.x, is_near ? lowest.y : middle.y,
                        is_near ? lowest.z : middle.z};
-  const Vec3<Number> Hr{xx * r.x + xy * r.y + xz * r.z, xy * r.x + yy * r.y + yz * r.z,
-                        xz * r.x + yz * r.y + zz * r.z};
-  const Number cost = dot(r, Hr) - number(2) * dot(g, r) + k;
+  const Vec3<Number> h_times_r{xx * r.x + xy * r.y + xz * r.z, xy * r.x + yy * r.y + yz * r.z,
+                               xz * r.x + yz * r.y + zz * r.z};
+  const Number cost = dot(r, h_times_r) - number(2) * dot(g, r) + k;
   // Rounding may leave a flat cost a little below zero.
   const Number scale = square * square * (measure == Measure::volume ? square : one);
   return {r, larger(cost, number(0)) + tie_break * scale};

@@ -23,7 +23,7 @@ constexpr double faintest = 3e-8;
 constexpr double side_height = 0.5;
 
 /// Part of the length, to the power of the cost, added to every cost: between equal costs, as on a
-/// plane, short edges go first.
+/// plane, short edges collapse first.
 constexpr double tie_break = 1e-10;
 
 /// A minimum further from the middle of the edge than this many lengths is not trusted.

@@ -11,7 +11,7 @@ namespace scarp {
 /// What a collapse should change least.
 enum class Measure : std::uint8_t { volume, distance };
 
-/// Where the vertex goes that two become, and what that costs.
+/// The placement of the vertex that two become, and its cost.
 struct Placed {
   Vec3d r;
   double cost = 0;  ///< length^6: a square of a volume (or as the placement says)

@@ -12,7 +12,7 @@
 
 namespace scarp {
 
-/// Which collapse goes first, and how fine the mesh stays where.
+/// The order of collapses, and how fine the mesh stays where.
 enum class SimplifyMethod {
   curvature,       ///< closest to the input, finest where the surface bends
   paper,           ///< finest where the surface bends: Lenz et al.
@@ -20,7 +20,7 @@ enum class SimplifyMethod {
   length           ///< shortest edge first: the same fineness everywhere
 };
 
-/// Where the vertex goes that two become; `curvature` has its own way.
+/// Placement of the vertex that two become; `curvature` has its own.
 enum class PlacementMethod { lindstrom_turk, garland_heckbert };
 
 /// Units: lengths as in the mesh. A span is over the vertices of the input; the caller keeps it

@@ -187,7 +187,7 @@ class Reader {
     return read_per_material(step_, parameter, scope_, std::nullopt);
   }
 
-  // Without ions fluorine takes what it is told to etch, and nothing else goes.
+  // Without ions fluorine takes what `etches` names, and nothing else goes.
   void require_etch(const Cf4O2::Values& values) const {
     require_one(
         step_, scope_, etches, [&](MaterialId m) { return values.surfaces[m].is_etched; },
@@ -385,7 +385,8 @@ ModelDescription cf4_o2_description() {
           "theta_O = theta_F / 2.",
       .source = "ViennaPS; R. J. Belen et al., J. Vac. Sci. Technol. A 23, 99 (2005) for silicon",
       .parameters = parameters(),
-      .read = read};
+      .read = read,
+      .takes_blanket_rates = true};
 }
 
 }  // namespace scarp

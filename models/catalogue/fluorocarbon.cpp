@@ -364,7 +364,8 @@ ModelDescription fluorocarbon_description() {
           "A. La Magna, G. Garozzo, J. Electrochem. Soc. 150, F178 (2003); G. Kokkoris et al. "
           "(2004)",
       .parameters = parameters(),
-      .read = read};
+      .read = read,
+      .takes_blanket_rates = true};
 }
 
 }  // namespace scarp

@@ -366,7 +366,8 @@ ModelDescription plasma_etch_page(const PlasmaChemistry& chemistry,
           .limits = limits,
           .source = chemistry.equations_source,
           .parameters = parameters,
-          .read = nullptr};
+          .read = nullptr,
+          .takes_blanket_rates = true};
 }
 
 }  // namespace scarp

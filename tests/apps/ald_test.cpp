@@ -311,7 +311,7 @@ TEST(AldRun, SaysWhatIsWrong) {
     EXPECT_THAT([&] { read_text(text); }, ThrowsMessage<InputError>(HasSubstr(message)));
   };
   expect(wafer("cycles = 10\n") + "[flux]\nposition_error = 0.1\n",
-         "step[0].model: ald grows by what its cycles leave on the surface");
+         "step[0].model: ald grows its film in cycles");
   expect(wafer("cycles = 1000000000\nduration = \"1 s\"\n"),
          "step[0].duration: ald takes as long as cycles (pulse_time + purge_time); leave this out");
   expect(wafer("cycles = 1000000000\npulse_time = \"100 s\"\n"),

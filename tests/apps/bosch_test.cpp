@@ -13,8 +13,8 @@
 #include "core/system/read_file.h"
 #include "core/system/temporary_folder.h"
 #include "levelset/grid/checkpoint.h"
-#include "levelset/metrology/cross_section.h"
 #include "levelset/operations/layer_steps.h"
+#include "tests/levelset/cross_sections.h"
 
 namespace scarp {
 namespace {

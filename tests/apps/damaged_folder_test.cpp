@@ -81,10 +81,9 @@ TEST_F(DamagedFolder, DoesTimeStepsAgainWhoseDigitsWereChanged) {
     write("cut/metrics.csv", with_other_digit(rows, row));
     const Outcome run = resume();
     EXPECT_EQ(run.exit_code, 0);
-    EXPECT_THAT(run.messages,
-                HasSubstr("cut/metrics.csv: lines 2 to " + std::to_string(count + 1) +
-                          " are not those that stood there when state_0003.vdb was written"));
-    EXPECT_THAT(run.messages, HasSubstr("going on from an earlier checkpoint"));
+    EXPECT_THAT(run.messages, HasSubstr("cut/metrics.csv: lines 2 to " + std::to_string(count + 1) +
+                                        " have changed since state_0003.vdb was written"));
+    EXPECT_THAT(run.messages, HasSubstr("continuing from an earlier checkpoint"));
     expect_same_run();
   }
 }
@@ -97,7 +96,7 @@ TEST_F(DamagedFolder, NoticesDigitsThatWereChangedInAResumedRun) {
     fs::remove(folder_ / "cut" / "summary.json");
   }
   write("cut/metrics.csv", with_other_digit(read_file(folder_ / "cut" / "metrics.csv"), 1));
-  EXPECT_THAT(resume().messages, HasSubstr("are not those that stood there when"));
+  EXPECT_THAT(resume().messages, HasSubstr("have changed since"));
 }
 
 // Moved away, as the message says.
@@ -105,13 +104,13 @@ TEST_F(DamagedFolder, GoesOnWithoutRowsThatWereMovedAway) {
   fs::remove(folder_ / "cut" / "state_0003.vdb");
   write("cut/metrics.csv", with_other_digit(read_file(folder_ / "whole" / "metrics.csv"), 1));
   fs::rename(folder_ / "cut" / "metrics.csv", folder_ / "moved.csv");
-  EXPECT_THAT(resume().messages, HasSubstr("metrics.csv: its rows are lost; it begins anew"));
+  EXPECT_THAT(resume().messages, HasSubstr("metrics.csv: its rows are lost; it starts again"));
   EXPECT_EQ(summary("cut")["state_hash"], summary("whole")["state_hash"]);
   // The checkpoint at which the file began anew is gone on from again.
   fs::remove(folder_ / "cut" / "summary.json");
   fs::remove(folder_ / "cut" / "state_0003.vdb");
   const auto written = fs::last_write_time(folder_ / "cut" / "state_0002.vdb");
-  EXPECT_THAT(resume().messages, HasSubstr("metrics.csv: its rows are lost; it begins anew"));
+  EXPECT_THAT(resume().messages, HasSubstr("metrics.csv: its rows are lost; it starts again"));
   EXPECT_EQ(fs::last_write_time(folder_ / "cut" / "state_0002.vdb"), written);
 }
 
@@ -164,8 +163,8 @@ TEST_F(DamagedFolder, GoesOnFromNoStateThatWasRenamed) {
   fs::copy(folder_ / "cut" / "state_0001.vdb", folder_ / "cut" / "state_0009.vdb");
   const Outcome run = resume();
   EXPECT_EQ(run.exit_code, 0);
-  EXPECT_THAT(run.messages, HasSubstr("state_0009.vdb: holds output 1, so it was renamed; going on "
-                                      "from an earlier checkpoint"));
+  EXPECT_THAT(run.messages, HasSubstr("state_0009.vdb: holds output 1, so it was renamed; "
+                                      "continuing from an earlier checkpoint"));
   expect_same_bits("whole", "cut");
 }
 
@@ -216,7 +215,7 @@ TEST_F(DamagedFolder, IsNotReplacedByAnotherRecipe) {
   EXPECT_THAT(other.messages, HasSubstr("another recipe"));
   const Outcome same = resume();
   EXPECT_EQ(same.exit_code, 0);
-  EXPECT_THAT(same.messages, HasSubstr("the run begins anew"));
+  EXPECT_THAT(same.messages, HasSubstr("the run starts from the beginning"));
 }
 
 TEST_F(DamagedFolder, SaysWhatToDoWhenNoCheckpointIsWhole) {
@@ -237,7 +236,7 @@ TEST_F(DamagedFolder, OnAFullDiskSaysHowToGoOn) {
   const Outcome run = resume();
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_THAT(run.messages,
-              HasSubstr("the disk is full; free some space, then go on with: scarp run " +
+              HasSubstr("the disk is full; free some space, then continue with: scarp run " +
                         path("cut/recipe.toml") + " --resume -o " + path("cut")));
   fs::remove(folder_ / "cut" / "surface_0003.vtp");
   EXPECT_EQ(resume().exit_code, 0);

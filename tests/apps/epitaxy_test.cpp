@@ -10,9 +10,9 @@
 
 #include "apps/simulator/simulator.h"
 #include "core/error.h"
-#include "levelset/metrology/cross_section.h"
 #include "tests/apps/final_state.h"
 #include "tests/apps/recipe_text.h"
+#include "tests/levelset/cross_sections.h"
 
 namespace scarp {
 namespace {

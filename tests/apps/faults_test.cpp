@@ -115,7 +115,7 @@ TEST_F(Faults, FilesThatAreRemovedEndNoRun) {
     if (name != ".lock") fs::remove(folder_ / "r" / name);
   EXPECT_EQ(exit_code_of_rest(), 0);
   EXPECT_THAT(messages(), AllOf(HasSubstr("metrics.csv: was removed while the run writes it"),
-                                HasSubstr("recipe.toml: was removed; it is written anew"),
+                                HasSubstr("recipe.toml: was removed; it is written again"),
                                 HasSubstr("r: the run is complete, but without surface_0000.vtp")));
   ASSERT_EQ(scarp("run " + path("r.toml") + " --quiet -o " + path("whole")).exit_code, 0);
   expect_same_bits("whole", "r");
@@ -172,7 +172,7 @@ TEST_F(Faults, AFileThatMayNotGrowIsToldAndTheRunGoesOn) {
       "ulimit -f 52; " + std::string(SCARP_BINARY) + ' ' + run_into("r") + " 2>" + path("log");
   ASSERT_EQ(WEXITSTATUS(std::system(("sh -c '" + line + "'").c_str())), 3);
   EXPECT_THAT(messages(), AllOf(HasSubstr("larger than files may be here"), HasSubstr("ulimit -f"),
-                                HasSubstr("go on with: scarp run ")));
+                                HasSubstr("continue with: scarp run ")));
   EXPECT_GT(files("r").size(), 3U);
   for (const std::string& name : files("r")) EXPECT_THAT(name, Not(HasSubstr(".tmp-")));
   expect_resumes_to_the_same_state();

@@ -39,8 +39,8 @@ class Mutation {
   explicit Mutation(std::uint64_t seed) : random_({.seed = seed}) {}
 
   std::size_t below(std::size_t count) {
-    return std::min(
-        count - 1, static_cast<std::size_t>(random_.uniform_double() * static_cast<double>(count)));
+    return std::min(count - 1,
+                    static_cast<std::size_t>(random_.uniform() * static_cast<double>(count)));
   }
 
   template <class T>

@@ -11,10 +11,10 @@
 #include <utility>
 #include <vector>
 
-#include "levelset/metrology/cross_section.h"
 #include "tests/apps/final_state.h"
 #include "tests/apps/recipe_text.h"
 #include "tests/apps/surface_height.h"
+#include "tests/levelset/cross_sections.h"
 
 namespace scarp {
 namespace {

@@ -6,10 +6,10 @@
 #include <numbers>
 
 #include "apps/simulator/simulator.h"
-#include "levelset/metrology/cross_section.h"
 #include "tests/apps/final_state.h"
 #include "tests/apps/program.h"
 #include "tests/apps/recipe_text.h"
+#include "tests/levelset/cross_sections.h"
 
 namespace scarp {
 namespace {

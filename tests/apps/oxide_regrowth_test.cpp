@@ -8,10 +8,10 @@
 #include "apps/run/results.h"
 #include "apps/simulator/surface_speeds.h"
 #include "core/parallel.h"
-#include "levelset/metrology/cross_section.h"
 #include "levelset/operations/layer_steps.h"
 #include "tests/apps/final_state.h"
 #include "tests/apps/recipe_text.h"
+#include "tests/levelset/cross_sections.h"
 
 namespace scarp {
 namespace {

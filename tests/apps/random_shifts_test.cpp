@@ -32,11 +32,11 @@ class RandomWafer {
       : seed_(static_cast<std::uint64_t>(seed)), several_(several) {}
 
   /// Its thickness in nm.
-  double film() const { return 8 + 32 * RandomStream({.seed = 5000 + seed_}).uniform_double(); }
+  double film() const { return 8 + 32 * RandomStream({.seed = 5000 + seed_}).uniform(); }
 
   std::string recipe(const Shift& shift) const {
     RandomStream random({.seed = seed_});
-    const auto between = [&](double a, double b) { return a + (b - a) * random.uniform_double(); };
+    const auto between = [&](double a, double b) { return a + (b - a) * random.uniform(); };
     const auto centre = [&](int axis) {
       const double half = 0.5 * extent[axis];
       const double at = between(-half, half) + shift[axis] + half;
@@ -164,8 +164,8 @@ TEST_F(SlowRandomShifts, ByWholeSpacingsChangeNothing) {
   for (int seed = 0; seed < 100; ++seed) {
     RandomStream random({.seed = 1000 + static_cast<std::uint64_t>(seed)});
     const RandomWafer wafer(seed, true);
-    const Shift shift{grid_spacing * std::round(120 * random.uniform_double() - 60),
-                      grid_spacing * std::round(80 * random.uniform_double() - 40)};
+    const Shift shift{grid_spacing * std::round(120 * random.uniform() - 60),
+                      grid_spacing * std::round(80 * random.uniform() - 40)};
     SCOPED_TRACE(wafer.recipe({}) + wafer.recipe(shift));
     const nlohmann::json here = measured(wafer, {});
     const nlohmann::json there = measured(wafer, shift);
@@ -178,7 +178,7 @@ TEST_F(SlowRandomShifts, ByPartsOfASpacingChangeVolumesAndLengthsLittle) {
   for (int seed = 0; seed < 100; ++seed) {
     RandomStream random({.seed = 2000 + static_cast<std::uint64_t>(seed)});
     const RandomWafer wafer(seed, false);
-    const Shift shift{1200 * random.uniform_double() - 600, 800 * random.uniform_double() - 400};
+    const Shift shift{1200 * random.uniform() - 600, 800 * random.uniform() - 400};
     SCOPED_TRACE(wafer.recipe({}) + wafer.recipe(shift));
     const nlohmann::json here = measured(wafer, {});
     const nlohmann::json there = measured(wafer, shift);

@@ -55,7 +55,7 @@ class RandomStack {
   std::map<std::string, double> rates;  ///< of rate
 
  private:
-  double between(double a, double b) { return a + (b - a) * random_.uniform_double(); }
+  double between(double a, double b) { return a + (b - a) * random_.uniform(); }
   int below(int count) { return static_cast<int>(between(0, count)); }
   bool chance(double part) { return between(0, 1) < part; }
   double one_of(std::vector<double> values) {

@@ -62,6 +62,7 @@ material = "SiO2"
 target_error = 0.1
 [metrology]
 cd_at = ["-50 nm"]
+angle_at = ["-60 nm"]
 [output]
 sections = ["y = 0 nm"]
 )";
@@ -152,7 +153,10 @@ TEST_F(ResultsReference, HasTheColumnsOfMetrology) {
   for (std::string name : columns("metrology.csv")) {
     for (const std::string material : {"Si_", "SiO2_"})
       if (name.rfind(material, 0) == 0) name = "NAME_" + name.substr(material.size());
-    names.insert(name == "cd_at_-50_nm" ? "cd_at_Z_nm" : name);
+    for (const std::string height : {"-50", "-60"})
+      if (const auto at = name.find("at_" + height + '_'); at != std::string::npos)
+        name.replace(at + 3, height.size(), "Z");
+    names.insert(name);
   }
   EXPECT_EQ(described_metrology(), names);
 }
@@ -162,7 +166,7 @@ TEST_F(ResultsReference, HasTheMembersOfMetrology) {
       nlohmann::json::parse(read_file(results() / "summary.json")).at("metrology");
   std::set<std::string> names = described_metrology();
   for (const auto& [name, value] : found.at("openings").at(0).items()) {
-    if (name == "place" || name == "films" || name == "cd_at") continue;
+    if (name == "place" || name == "films" || name == "cd_at" || name == "angle_at") continue;
     EXPECT_TRUE(names.contains(name)) << name;
   }
   for (const auto& [name, value] : found.at("openings").at(0).at("films").at(0).items())

@@ -187,17 +187,16 @@ TEST_F(Start, AnotherGridIsRefusedByTheNameOfTheKey) {
   EXPECT_EQ(check("step[0].duration='\"6 s\"'").exit_code, 0);
   for (const auto& [change, message] :
        {std::pair{"domain.spacing='\"40 nm\"'",
-                  "domain.spacing: is not that of the state that start "
-                  "names, which has 20 nm"},
-        {"domain.extent='[\"400 nm\"]'", "domain.extent[0]: is not that of the state"},
-        {"domain.boundary='[\"periodic\"]'", "domain.boundary[0]: is not that of the state"}}) {
+                  "domain.spacing: differs from the state that start names, which has 20 nm"},
+        {"domain.extent='[\"400 nm\"]'", "domain.extent[0]: differs from the state"},
+        {"domain.boundary='[\"periodic\"]'", "domain.boundary[0]: differs from the state"}}) {
     const Outcome outcome = check(change);
     EXPECT_EQ(outcome.exit_code, 2);
     EXPECT_THAT(outcome.messages, HasSubstr(message));
   }
   const Outcome mode = check("domain.mode='\"3d\"' --set domain.extent='[\"480 nm\", \"40 nm\"]'");
-  EXPECT_THAT(mode.messages, HasSubstr("domain.mode: is not that of the state that start names, "
-                                       "which has \"2d\""));
+  EXPECT_THAT(mode.messages,
+              HasSubstr("domain.mode: differs from the state that start names, which has \"2d\""));
 }
 
 TEST_F(Start, AStateThatCannotBeUsedIsTold) {
@@ -212,7 +211,7 @@ TEST_F(Start, AStateThatCannotBeUsedIsTold) {
   fs::copy(last_state("a"), folder_ / "states" / "end.vdb", fs::copy_options::overwrite_existing);
 
   EXPECT_THAT(check("geometry='[{ shape = \"wafer\", material = \"Si\" }]'").messages,
-              HasSubstr("geometry: start and [[geometry]] exclude each other"));
+              HasSubstr("geometry[0].shape: there is a wafer already"));
   EXPECT_THAT(check("step[0].until='{ gone = \"SiO2\" }'").messages,
               HasSubstr("until.gone: there is no SiO2 on the wafer when the step begins; there is "
                         "Si, ZrO2"));

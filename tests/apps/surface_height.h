@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "levelset/metrology/cross_section.h"
 #include "tests/apps/final_state.h"
+#include "tests/levelset/cross_sections.h"
 
 namespace scarp {
 

@@ -16,7 +16,7 @@
 #include "apps/run/run.h"
 #include "core/system/temporary_folder.h"
 #include "levelset/grid/checkpoint.h"
-#include "levelset/metrology/cross_section.h"
+#include "tests/levelset/cross_sections.h"
 
 namespace scarp {
 namespace {

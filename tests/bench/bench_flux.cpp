@@ -19,7 +19,7 @@
 
 #include "core/parallel.h"
 #include "flux/solve.h"
-#include "mesh/quality.h"
+#include "mesh/sides.h"
 #include "tests/bench/bench_main.h"
 #include "tests/bench/cpu_time.h"
 #include "tests/bench/flux_to_error.h"

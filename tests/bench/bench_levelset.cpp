@@ -31,6 +31,7 @@
 #include "tests/bench/bench_main.h"
 #include "tests/bench/cpu_time.h"
 #include "tests/bench/openvdb_peer.h"
+#include "tests/levelset/speeds.h"
 
 namespace scarp::bench {
 namespace {
@@ -91,8 +92,7 @@ Layers plate(int cells) {
 }
 
 SpeedField uniform_speed(const Layers& layers) {
-  return {.speed = std::vector<float>(layers.top().band().leaves().size() * leaf_size, 1.0F),
-          .max_speed = 1};
+  return {.speed = std::vector<float>(layers.top().band().leaves().size() * leaf_size, 1.0F)};
 }
 
 /// Active nodes of all steps, and the least CPU time for them.
@@ -215,7 +215,6 @@ SpeedField ask_for_every_node(const Layers& layers, const TriMesh& facets,
       }
     }
   }
-  update_max_speed(layers, field);
   return field;
 }
 

@@ -22,13 +22,14 @@
 #include "core/parallel.h"
 #include "core/system/atomic_file.h"
 #include "mesh/distance.h"
-#include "mesh/quality.h"
+#include "mesh/sides.h"
 #include "mesh/simplify/simplify.h"
 #include "tests/bench/bench_main.h"
 #include "tests/bench/cpu_time.h"
 #include "tests/bench/surfaces.h"
 #include "tests/bench/svg_plot.h"
 #include "tests/bench/trace_time.h"
+#include "tests/mesh/quality.h"
 
 namespace scarp::bench {
 namespace {

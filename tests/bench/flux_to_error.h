@@ -13,7 +13,7 @@
 #include "core/parallel.h"
 #include "flux/rays/patches.h"
 #include "flux/solve.h"
-#include "mesh/quality.h"
+#include "mesh/sides.h"
 #include "tests/bench/cpu_time.h"
 #include "tests/bench/plain_tracer.h"
 #include "tests/mesh/generated_surface.h"

@@ -11,7 +11,7 @@
 #include "core/tri_mesh.h"
 #include "core/triangle_tree.h"
 #include "flux/solve.h"
-#include "mesh/quality.h"
+#include "mesh/sides.h"
 #include "mesh/simplify/simplify.h"
 #include "tests/bench/surfaces.h"
 

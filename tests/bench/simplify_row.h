@@ -11,8 +11,9 @@
 
 #include "core/tri_mesh.h"
 #include "mesh/distance.h"
-#include "mesh/quality.h"
+#include "mesh/sides.h"
 #include "tests/bench/svg_plot.h"
+#include "tests/mesh/quality.h"
 #include "tests/mesh/self_intersections.h"
 
 namespace scarp::bench {

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "core/tri_mesh.h"
-#include "mesh/quality.h"
+#include "mesh/sides.h"
 #include "mesh/simplify/simplify.h"
 #include "tests/bench/surfaces.h"
 #include "tests/mesh/generated_surface.h"

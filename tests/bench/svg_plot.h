@@ -5,11 +5,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "apps/run/svg.h"
 
 namespace scarp::bench {
 
@@ -35,7 +38,6 @@ constexpr double top = 30;
 constexpr double bottom = 40;
 constexpr const char* colours[]{"#0b6e99", "#56b4e9", "#c8553d", "#6a994e", "#7b2d8b",
                                 "#111111", "#8a8a8a", "#d9a441", "#e377c2", "#7a5230"};
-constexpr double legend_row = 18;
 
 struct Axes {
   double x_low = 0;
@@ -72,90 +74,73 @@ inline Axes axes_of(const Plot& plot) {
           std::max(std::floor(2 * y_low + 1) / 2, std::ceil(2 * y_high) / 2)};
 }
 
-inline std::string text(double x, double y, const char* anchor, const std::string& content) {
-  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{}</text>\n", x, y, anchor,
-                     content);
-}
-
-/// The least of 1, 2, 5, 10 and so on that divides a range into eight parts at the most.
-inline double round_step(double range) {
-  const double decade = std::pow(10.0, std::floor(std::log10(range / 8)));
-  for (const double times : {1.0, 2.0, 5.0})
-    if (times * decade * 8 >= range) return times * decade;
-  return 10 * decade;
-}
-
 inline std::string frame(const Plot& plot, const Axes& axes) {
-  std::string out =
-      text(left, 18, "start", "<tspan font-weight=\"bold\">" + plot.title + "</tspan>");
+  std::string out = "<g font-weight=\"bold\">" + svg_text(left, 18, plot.title) + "</g>\n";
   for (double decade = std::floor(axes.y_low); decade <= axes.y_high; decade += 1) {
     for (int step = 1; step < 10; ++step) {
       const double value = step * std::pow(10.0, decade);
       if (std::log10(value) < axes.y_low - 1e-9 || std::log10(value) > axes.y_high + 1e-9) continue;
       const bool labelled = step == 1 || step == 3;
-      out += fmt::format(
-          "<line x1=\"{:.1f}\" x2=\"{:.1f}\" y1=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"{}\"/>\n", left,
-          width - right, axes.y(value), axes.y(value), labelled ? "#cccccc" : "#f0f0f0");
-      if (labelled) out += text(left - 6, axes.y(value) + 4, "end", fmt::format("{:.3g}", value));
+      out += fmt::format("<path d=\"M{:.1f} {:.1f}H{:.1f}\" stroke=\"{}\"/>\n", left, axes.y(value),
+                         width - right, labelled ? "#cccccc" : "#f0f0f0");
+      if (labelled)
+        out += svg_text(left - 6, axes.y(value) + 4, fmt::format("{:.3g}", value), "end");
     }
   }
-  const double step = round_step(axes.x_high - axes.x_low);
-  for (double n = std::ceil(axes.x_low / step - 1e-9); n * step <= axes.x_high + 1e-9 * step; ++n)
-    out += text(axes.x(n * step), height - bottom + 16, "middle", fmt::format("{:.3g}", n * step));
-  return out + text(0.5 * (left + width - right), height - 6, "middle", plot.x_label);
+  // Rounding takes no tick away from the ends.
+  const double rounding = 1e-9 * (axes.x_high - axes.x_low);
+  for (const double tick : ticks_within(axes.x_low - rounding, axes.x_high + rounding, 8))
+    out += svg_text(axes.x(tick), height - bottom + 16, fmt::format("{:.3g}", tick), "middle");
+  return out + svg_text(0.5 * (left + width - right), height - 6, plot.x_label, "middle");
 }
 
 inline std::string lines(const Plot& plot, const Axes& axes) {
   std::string out;
   for (std::size_t i = 0; i < plot.series.size(); ++i) {
     const char* colour = colours[i % std::size(colours)];
-    std::string path;
+    std::vector<std::array<double, 2>> points;
     for (const auto& [x, y] : plot.series[i].points) {
       if (!(y > 0)) continue;
-      path += fmt::format("{:.1f},{:.1f} ", axes.x(x), axes.y(y));
-      out += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.5\" fill=\"{}\"/>\n", axes.x(x),
-                         axes.y(y), colour);
+      points.push_back({axes.x(x), axes.y(y)});
+      out += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.5\" fill=\"{}\"/>\n",
+                         points.back()[0], points.back()[1], colour);
     }
-    out +=
-        fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.5\"/>\n",
-                    path, colour);
+    out += fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.5\"/>\n",
+                       svg_line(points), colour);
   }
   return out;
 }
 
 constexpr std::size_t plots_per_row = 2;
-constexpr std::size_t names_per_row = 5;
+constexpr double legend_row = 18;
 
-constexpr std::size_t row_count(std::size_t count, std::size_t per_row) {
-  return (count + per_row - 1) / per_row;
-}
+struct Legend {
+  std::string svg;
+  double height = 0;
+};
 
 /// The names of the series in rows, below all plots.
-inline std::string legend(const std::vector<Series>& series, double y) {
+inline Legend legend(const std::vector<Series>& series, double y) {
+  constexpr double letter_width = 7;
+  LegendRows rows(left, plots_per_row * width, y, legend_row);
   std::string out;
   for (std::size_t i = 0; i < series.size(); ++i) {
-    const std::size_t row = i / names_per_row;
-    const double x =
-        left + static_cast<double>(i % names_per_row) * (2 * width - left) / names_per_row;
-    const double row_top = y + legend_row * static_cast<double>(row);
+    const auto [x, row] =
+        rows.place(30 + letter_width * static_cast<double>(series[i].name.size()));
     out += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"10\" height=\"10\" fill=\"{}\"/>\n",
-                       x, row_top, colours[i % std::size(colours)]);
-    out += text(x + 15, row_top + 9, "start", series[i].name);
+                       x, row, colours[i % std::size(colours)]);
+    out += svg_text(x + 15, row + 9, series[i].name);
   }
-  return out;
+  return {out, 2 * legend_row + rows.more_height()};
 }
 
 }  // namespace svg
 
 /// The plots side by side; all of the same series.
 inline std::string svg_of(const std::vector<Plot>& plots) {
-  const double plots_height =
-      svg::height * static_cast<double>(svg::row_count(plots.size(), svg::plots_per_row));
-  const std::size_t legend_rows = svg::row_count(plots.front().series.size(), svg::names_per_row);
-  std::string out = fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" font-family=\"sans-serif\" "
-      "font-size=\"11\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
-      2 * svg::width, plots_height + svg::legend_row * static_cast<double>(legend_rows + 1));
+  const std::size_t rows = (plots.size() + svg::plots_per_row - 1) / svg::plots_per_row;
+  const double plots_height = svg::height * static_cast<double>(rows);
+  std::string out;
   for (std::size_t i = 0; i < plots.size(); ++i) {
     const svg::Axes axes = svg::axes_of(plots[i]);
     const std::size_t row = i / svg::plots_per_row;
@@ -165,7 +150,10 @@ inline std::string svg_of(const std::vector<Plot>& plots) {
                        static_cast<double>(row) * svg::height);
     out += svg::frame(plots[i], axes) + svg::lines(plots[i], axes) + "</g>\n";
   }
-  return out + svg::legend(plots.front().series, plots_height + 0.5 * svg::legend_row) + "</svg>\n";
+  const svg::Legend legend =
+      svg::legend(plots.front().series, plots_height + 0.5 * svg::legend_row);
+  return svg_picture(svg::plots_per_row * svg::width, plots_height + legend.height, 11,
+                     out + legend.svg);
 }
 
 }  // namespace scarp::bench

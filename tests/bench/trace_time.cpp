@@ -21,8 +21,8 @@ constexpr double sticking = 0.1;
 constexpr std::uint64_t block_size = 1 << 13;
 
 UnitSquare pair(RandomStream& random) {
-  const double xi1 = random.uniform_double();
-  return {xi1, random.uniform_double()};
+  const double xi1 = random.uniform();
+  return {xi1, random.uniform()};
 }
 
 std::vector<Ray> from_source(const RayScene& scene, std::uint64_t count, RandomStream& random) {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "mesh/quality.h"
+#include "mesh/sides.h"
 #include "tests/mesh/generated_surface.h"
 
 namespace scarp::bench {

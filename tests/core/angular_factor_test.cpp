@@ -194,6 +194,31 @@ TEST(CrystalRates, TurnWithTheCrystal) {
   expect_slopes(factor, {0.3F, 0.5F, 0.8F});
 }
 
+// Along an axis: where a cosine to an axis of the crystal is zero, or two are as large.
+TEST(CrystalRates, HaveCreasesWhereCosinesMeet) {
+  const double s = std::sqrt(0.5);
+  const std::array<Vec3d, 3> axes{
+      Vec3d{0.6, 0.8, 0}, {-0.8 * s, 0.6 * s, s}, {0.8 * s, -0.6 * s, s}};
+  const CrystalRates crystal(koh, axes);
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vec3d p{0.37, -0.21, 0.53};
+    std::vector<double> expected;
+    const auto add = [&](const Vec3d& normal) {
+      Vec3d start = p;
+      start[axis] = 0;
+      if (std::abs(normal[axis]) > 1e-3) expected.push_back(-dot(normal, start) / normal[axis]);
+    };
+    for (std::size_t n = 0; n < 3; ++n) {
+      add(axes[n]);
+      add(axes[n] - axes[(n + 1) % 3]);
+      add(axes[n] + axes[(n + 1) % 3]);
+    }
+    const CrystalRates::Creases found = crystal.creases(Vec3f(p), axis);
+    ASSERT_EQ(static_cast<std::size_t>(found.count), expected.size()) << axis;
+    for (std::size_t n = 0; n < expected.size(); ++n) EXPECT_NEAR(found.at[n], expected[n], 1e-4);
+  }
+}
+
 TEST(AngularFactor, StaysWithinItsBounds) {
   const double s = std::sqrt(0.5);
   const CrystalRates crystal(koh, {Vec3d{s, s, 0}, {-s, s, 0}, {0, 0, 1}});

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <sstream>
+#include <string>
+#include <thread>
 
 namespace scarp {
 namespace {
@@ -24,8 +26,31 @@ TEST(Log, IsQuietOnRequestButWarns) {
 }
 
 TEST(Log, SaysNothingByDefault) {
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
   Log().info("nobody hears this");
   Log().warn("nor this");
+  EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+TEST(Log, LinesOfThreadsDoNotMix) {
+  constexpr int count = 2000;
+  const std::string one(100, '1');
+  const std::string two(100, '2');
+  std::ostringstream out;
+  const Log log(out);
+  const auto write = [&log](const std::string& line) {
+    for (int n = 0; n < count; ++n) log.info(line);
+  };
+  {
+    const std::jthread first(write, one);
+    const std::jthread second(write, two);
+  }
+  std::istringstream in(out.str());
+  int lines = 0;
+  for (std::string line; std::getline(in, line); ++lines) EXPECT_TRUE(line == one || line == two);
+  EXPECT_EQ(lines, 2 * count);
 }
 
 TEST(Log, TwoLogsDoNotShareAnything) {

@@ -23,7 +23,12 @@ TEST(Materials, NamesAreShownAsARecipeWritesThem) {
 TEST(Materials, KnowsTheDensitiesThatTheModelsUse) {
   const Materials materials;
   EXPECT_EQ(materials[materials.id("Si")].density, 5.02);
+  EXPECT_EQ(materials[materials.id("polySi")].density, 5.02);
   EXPECT_EQ(materials[materials.id("SiO2")].density, 2.2);
+  EXPECT_EQ(materials[materials.id("Si3N4")].density, 2.3);
+  EXPECT_EQ(materials[materials.id("polymer")].density, 2.0);
+  EXPECT_EQ(materials[materials.id("mask")].density, 500);
+  EXPECT_DOUBLE_EQ(materials[materials.id("SiGe")].density, 4.84);
   EXPECT_NEAR(materials[materials.id("W")].density, 6.32, 0.01);
   EXPECT_NEAR(materials[materials.id("GaAs")].density, 2.21, 0.01);
   for (std::size_t i = 0; i < materials.size(); ++i) {

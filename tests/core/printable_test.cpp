@@ -30,6 +30,7 @@ TEST(Printable, WhatAMessageRepeatsIsOneShortLine) {
   for (int n = 0; n < 100; ++n) longest += micro;
   EXPECT_EQ(repeated(longest), longest);
   EXPECT_EQ(repeated(longest + "x"), longest + "...");
+  EXPECT_EQ(repeated("x" + longest), "x" + longest.substr(micro.size()) + "...");
   EXPECT_EQ(in_quotes("x\n"), "\"x\\n\"");
 }
 

@@ -27,7 +27,7 @@ TEST(RunningStatistics, MergesPartsIntoTheWhole) {
   RunningStatistics whole;
   RunningStatistics parts[3];
   for (int i = 0; i < 1000; ++i) {
-    const double value = random.uniform_double();
+    const double value = random.uniform();
     whole.add(value);
     parts[i < 10 ? 0 : i < 700 ? 1 : 2].add(value);
   }

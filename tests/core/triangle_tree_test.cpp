@@ -33,8 +33,8 @@ TriMesh wavy_sheet(int n) {
 }
 
 Vec3d random_point(RandomStream& random, double side) {
-  return {side * (1.4 * random.uniform_double() - 0.2),
-          side * (1.4 * random.uniform_double() - 0.2), 12 * random.uniform_double() - 6};
+  return {side * (1.4 * random.uniform() - 0.2), side * (1.4 * random.uniform() - 0.2),
+          12 * random.uniform() - 6};
 }
 
 ClosestPoint brute_force(const TriMesh& mesh, Vec3d r) {
@@ -114,12 +114,11 @@ TEST(TriangleTree, ANeighbourhoodHoldsTheAnswersToItsPoints) {
   int found = 0;
   for (int n = 0; n < 200; ++n) {
     const Vec3d middle = random_point(random, 80);
-    const double limit = 1 + 5 * random.uniform_double();
+    const double limit = 1 + 5 * random.uniform();
     Box box;
     std::array<Vec3d, 4> points;
     for (Vec3d& r : points) {
-      r = middle +
-          5 * Vec3d{random.uniform_double(), random.uniform_double(), random.uniform_double()};
+      r = middle + 5 * Vec3d{random.uniform(), random.uniform(), random.uniform()};
       box.add(r);
     }
     const TriangleTree::Neighbourhood near = tree.neighbourhood(box, limit);
@@ -174,8 +173,7 @@ TEST(TriangleTree, FacingQueriesSkipTrianglesThatLookAway) {
 }
 
 Vec3d random_direction(RandomStream& random) {
-  return {random.uniform_double() - 0.5, random.uniform_double() - 0.5,
-          random.uniform_double() - 0.5};
+  return {random.uniform() - 0.5, random.uniform() - 0.5, random.uniform() - 0.5};
 }
 
 TEST(TriangleTree, AGuessChangesNoAnswer) {
@@ -190,8 +188,8 @@ TEST(TriangleTree, AGuessChangesNoAnswer) {
     box.add(r);
     box.add(r + random_direction(random));
     const TriangleTree::Neighbourhood near = tree.neighbourhood(box, 5);
-    const auto guess = static_cast<std::uint32_t>(random.uniform_double() *
-                                                  static_cast<double>(mesh.triangles.size()));
+    const auto guess =
+        static_cast<std::uint32_t>(random.uniform() * static_cast<double>(mesh.triangles.size()));
     for (const std::uint32_t each : {guess, expected.triangle}) {
       const ClosestPoint found = tree.closest_facing(r, u, 5, near, each);
       ASSERT_EQ(found.triangle, expected.triangle);
@@ -208,7 +206,7 @@ TEST(TriangleTree, NoGuessDecidesBetweenTrianglesThatAreAsNear) {
   TriMesh mesh = wavy_sheet(n);
   RandomStream random({.seed = 11});
   for (Vec3f& r : mesh.vertices)
-    r = {100 * r.x + 4321.7F, 100 * r.y - 7654.3F, 2e-4F * random.uniform()};
+    r = {100 * r.x + 4321.7F, 100 * r.y - 7654.3F, static_cast<float>(2e-4 * random.uniform())};
   const TriangleTree tree(mesh);
   for (const Vec3f& v : mesh.vertices) {
     const Vec3d r = Vec3d(v) + Vec3d{0, 0, 63.556};

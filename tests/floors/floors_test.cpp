@@ -52,6 +52,7 @@ const Below& rooms_below() {
       {"levelset/bath", {"levelset/grid"}},
       {"mesh", {}},
       {"mesh/files", {"mesh"}},
+      {"mesh/regions", {"mesh"}},
       {"mesh/simplify", {"mesh"}},
       {"flux/sampling", {}},
       {"flux", {"flux/sampling"}},

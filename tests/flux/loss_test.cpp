@@ -27,10 +27,10 @@ TriMesh spongy_surface(std::uint64_t seed) {
   };
   std::array<Wave, waves> all;
   for (Wave& wave : all) {
-    const auto number = [&] { return 0.7 * (2 * random.uniform_double() - 1); };
+    const auto number = [&] { return 0.7 * (2 * random.uniform() - 1); };
     const double x = number();
     const double y = number();
-    wave = {{x, y, number()}, 2 * std::numbers::pi * random.uniform_double()};
+    wave = {{x, y, number()}, 2 * std::numbers::pi * random.uniform()};
   }
   return polygonised(grid, [&](Vec3d r) {
     double sum = 0;

@@ -13,7 +13,7 @@ namespace scarp {
 constexpr double side = 40;
 
 inline double random_between(RandomStream& random, double a, double b) {
-  return a + (b - a) * random.uniform_double();
+  return a + (b - a) * random.uniform();
 }
 
 inline Vec3d random_place(RandomStream& random) {
@@ -62,10 +62,10 @@ inline Ray random_ray(const std::vector<SceneFacet>& facets, int kind, RandomStr
   const Vec3d edge = Vec3d(b) - Vec3d(a);
   if (kind == 1) ray.u = {0, 0, -1};
   if (kind == 2) ray.u = normalized(Vec3d(a) - ray.r);
-  if (kind == 3) ray.u = normalized(Vec3d(a) + random.uniform_double() * edge - ray.r);
+  if (kind == 3) ray.u = normalized(Vec3d(a) + random.uniform() * edge - ray.r);
   if (kind == 4) {
     ray.r = Vec3d(c) + random_between(random, 0.5, 5) * normalized(Vec3d(c) - Vec3d(a));
-    ray.u = normalized(Vec3d(a) + random.uniform_double() * edge - ray.r);
+    ray.u = normalized(Vec3d(a) + random.uniform() * edge - ray.r);
   }
   return ray;
 }

@@ -175,7 +175,7 @@ inline Shape spherical_pit(double cut) {
 inline Shape rough_triangle(std::uint64_t seed, double height, int cells = 12) {
   RandomStream random({.seed = seed});
   std::vector<double> heights(static_cast<std::size_t>((cells + 1) * (cells + 1)));
-  for (double& each : heights) each = height * random.uniform_double();
+  for (double& each : heights) each = height * random.uniform();
   const auto at = [&](int i, int j) {
     return Vec3d{20.0 * i / cells, 20.0 * j / cells,
                  heights[static_cast<std::size_t>(i * (cells + 1) + j)]};

@@ -52,8 +52,8 @@ TEST(SourceMap, GivesPlacesOfItsDensity) {
   for (const auto& function : functions) {
     RunningStatistics drawn;
     for (int k = 0; k < 100'000; ++k) {
-      const double xi1 = random.uniform_double();
-      const auto [a, b] = map.place({xi1, random.uniform_double()});
+      const double xi1 = random.uniform();
+      const auto [a, b] = map.place({xi1, random.uniform()});
       drawn.add(function(a, b));
     }
     double integral = 0;

@@ -14,6 +14,7 @@
 #include "levelset/surface/connectivity.h"
 #include "levelset/surface/extract_surface.h"
 #include "surfaces.h"
+#include "tests/levelset/speeds.h"
 
 namespace scarp {
 namespace {

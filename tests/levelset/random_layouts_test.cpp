@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/random.h"
+#include "core/system/read_file.h"
 #include "core/system/temporary_folder.h"
 #include "gds_writer.h"
 #include "levelset/start/gds.h"
@@ -159,8 +160,8 @@ class RandomLayout {
     std::size_t inside = 0;
     for (int i = 0; i < samples; ++i)
       for (int j = 0; j < samples; ++j) {
-        const double x = (i + random_.uniform_double()) * step - half_width;
-        const double y = (j + random_.uniform_double()) * step - half_width;
+        const double x = (i + random_.uniform()) * step - half_width;
+        const double y = (j + random_.uniform()) * step - half_width;
         inside += holds({x, y}) ? 1 : 0;
       }
     return static_cast<double>(inside) * step * step;
@@ -175,7 +176,7 @@ class RandomLayout {
   };
 
   int pick(int least, int most) {
-    return least + static_cast<int>((most - least + 1) * random_.uniform_double());
+    return least + static_cast<int>((most - least + 1) * random_.uniform());
   }
 
   void add_polygon() {
@@ -284,8 +285,8 @@ TEST(SlowRandomLayouts, HaveTheAreaOfASlowReader) {
     RandomLayout layout(seed);
     std::ofstream(file, std::ios::binary) << layout.bytes();
     const double w = half_width;
-    const Layout read =
-        read_gds(file, {.layer = 1, .window = std::array<Point2, 2>{{{-w, -w}, {w, w}}}});
+    const Layout read = read_gds(file, read_file(file),
+                                 {.layer = 1, .window = std::array<Point2, 2>{{{-w, -w}, {w, w}}}});
     const std::vector<Loop> loops = domain_loops(frame, {read.loops, PolygonOutline::Rule::any});
     // With images beyond the sides.
     double found = 0;

@@ -133,10 +133,10 @@ class RandomShapes {
   }
 
  private:
-  int below(int count) { return static_cast<int>(random_.uniform_double() * count); }
+  int below(int count) { return static_cast<int>(random_.uniform() * count); }
   bool one_in(int count) { return below(count) == 0; }
   double between(double least, double most) {
-    const double any = least + random_.uniform_double() * (most - least);
+    const double any = least + random_.uniform() * (most - least);
     return on_nodes_ ? 2 * std::floor(any / 2) : any;
   }
   double near_centre(double most) { return one_in(2) ? between(-most, most) : 0; }

@@ -13,6 +13,7 @@
 #include "levelset/metrology/material_bodies.h"
 #include "levelset/motion/advect.h"
 #include "levelset/start/shapes.h"
+#include "tests/levelset/speeds.h"
 
 namespace scarp {
 

@@ -12,13 +12,14 @@
 
 #include "core/parallel.h"
 #include "levelset/grid/band.h"
-#include "levelset/metrology/cross_section.h"
 #include "levelset/motion/advect.h"
 #include "levelset/motion/extend.h"
 #include "levelset/operations/layer_steps.h"
 #include "levelset/surface/connectivity.h"
 #include "levelset/surface/extract_surface.h"
 #include "surfaces.h"
+#include "tests/levelset/cross_sections.h"
+#include "tests/levelset/speeds.h"
 
 namespace scarp {
 namespace {

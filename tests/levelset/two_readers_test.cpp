@@ -12,6 +12,7 @@
 #include "levelset/motion/extend.h"
 #include "levelset/surface/connectivity.h"
 #include "levelset/surface/extract_surface.h"
+#include "tests/levelset/speeds.h"
 
 namespace scarp {
 namespace {

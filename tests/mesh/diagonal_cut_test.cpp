@@ -6,10 +6,10 @@
 #include <numeric>
 
 #include "mesh/distance.h"
-#include "mesh/quality.h"
 #include "mesh/simplify/simplify.h"
 #include "mesh/surface_fault.h"
 #include "tests/mesh/generated_surface.h"
+#include "tests/mesh/quality.h"
 #include "tests/mesh/self_intersections.h"
 
 namespace scarp {

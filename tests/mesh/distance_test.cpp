@@ -73,12 +73,11 @@ TEST(Distance, VerticesWithoutATriangleAreNoPartOfTheSurface) {
     for (std::uint32_t& v : t) ++v;
   }
   EXPECT_EQ(surface_vertices(mesh).size(), mesh.vertices.size() - 1);
-  EXPECT_EQ(vertex_distances(mesh, noisy_plane(4, 0)).size(), mesh.vertices.size());
 }
 
 TEST(Distance, OfNothingIsRefused) {
   EXPECT_THROW(surface_distance(TriMesh{}, noisy_plane(4, 0)), InputError);
-  EXPECT_THROW(vertex_distances(noisy_plane(4, 0), TriMesh{}), InputError);
+  EXPECT_THROW(surface_distance(noisy_plane(4, 0), TriMesh{}), InputError);
 }
 
 TEST(Distance, IsTheSameOnAnyNumberOfThreads) {
@@ -86,7 +85,7 @@ TEST(Distance, IsTheSameOnAnyNumberOfThreads) {
   const TriMesh b = noisy_plane(40, 0.05, 2);
   const auto on_threads = [&](int threads) {
     const ThreadLimit limit(threads);
-    return vertex_distances(a, b);
+    return distances(surface_vertices(a), TriangleTree(b));
   };
   EXPECT_EQ(on_threads(1), on_threads(2));
 }

@@ -75,7 +75,7 @@ class Polygoniser {
       // The sum of twelve uniform numbers is close to normal.
       RandomStream random({.seed = grid_.seed, .ray = node(i, j, k)});
       double sum = -6;
-      for (int n = 0; n < 12; ++n) sum += random.uniform_double();
+      for (int n = 0; n < 12; ++n) sum += random.uniform();
       phi += grid_.noise * sum;
     }
     return phi == 0 ? 1e-9 : phi;
@@ -246,12 +246,12 @@ inline Shape random_landscape(const std::array<int, 3>& cells, std::uint64_t see
   };
   std::vector<Ball> balls;
   RandomStream random({.seed = seed, .ray = 77});
-  const double level = 0.5 * cells[2] + 0.3 * random.uniform_double();
+  const double level = 0.5 * cells[2] + 0.3 * random.uniform();
   for (int n = 0; n < 6; ++n) {
     Ball ball;
-    ball.centre = {cells[0] * random.uniform_double(), cells[1] * random.uniform_double(),
-                   level + 4 * random.uniform_double() - 2};
-    ball.radius = 2 + 0.12 * cells[2] * random.uniform_double() + 2 * random.uniform_double();
+    ball.centre = {cells[0] * random.uniform(), cells[1] * random.uniform(),
+                   level + 4 * random.uniform() - 2};
+    ball.radius = 2 + 0.12 * cells[2] * random.uniform() + 2 * random.uniform();
     ball.pit = random.uniform() < 0.5F;
     balls.push_back(ball);
   }

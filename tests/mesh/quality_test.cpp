@@ -1,4 +1,5 @@
-#include "mesh/quality.h"
+#include "tests/mesh/quality.h"
+#include "mesh/sides.h"
 
 #include <gtest/gtest.h>
 

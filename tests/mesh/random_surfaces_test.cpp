@@ -17,9 +17,9 @@
 #include "core/random.h"
 #include "core/triangle_tree.h"
 #include "mesh/distance.h"
-#include "mesh/quality.h"
 #include "mesh/simplify/simplify.h"
 #include "tests/mesh/generated_surface.h"
+#include "tests/mesh/quality.h"
 #include "tests/mesh/self_intersections.h"
 
 namespace scarp {
@@ -29,14 +29,12 @@ class Dice {
  public:
   explicit Dice(std::uint64_t seed) : stream_({.seed = seed, .ray = 4}) {}
 
-  double between(double lower, double upper) {
-    return lower + (upper - lower) * stream_.uniform_double();
-  }
+  double between(double lower, double upper) { return lower + (upper - lower) * stream_.uniform(); }
   /// As likely between 1 and 2 as between 2 and 4.
   double by_size(double lower, double upper) {
     return std::exp(between(std::log(lower), std::log(upper)));
   }
-  int below(int count) { return static_cast<int>(count * stream_.uniform_double()); }
+  int below(int count) { return static_cast<int>(count * stream_.uniform()); }
   bool coin() { return below(2) == 1; }
 
  private:

@@ -31,7 +31,7 @@ TEST(SelfIntersections, AreCountedByThePair) {
 TEST(SelfIntersections, OfATangleAreThoseOfAllPairs) {
   TriMesh tangle;
   RandomStream random({.seed = 3});
-  const auto draw = [&random] { return random.uniform(); };
+  const auto draw = [&random] { return static_cast<float>(random.uniform()); };
   for (std::uint32_t f = 0; f < 300; ++f) {
     const Vec3f centre{5 * draw(), 5 * draw(), 5 * draw()};
     for (int i = 0; i < 3; ++i) {

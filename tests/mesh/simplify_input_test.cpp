@@ -11,8 +11,9 @@
 
 #include "core/error.h"
 #include "mesh/distance.h"
-#include "mesh/quality.h"
+#include "mesh/sides.h"
 #include "tests/mesh/generated_surface.h"
+#include "tests/mesh/quality.h"
 
 // What the input may look like.
 

@@ -233,6 +233,31 @@ TEST(IonMilling, WallsAlongTheIonsTurnIfTheyAreInSight) {
   EXPECT_EQ(axis("rotating = true\n"), (Vec3d{0, 0, -1}));
 }
 
+// So do slopes that get less than a twentieth of the best; of others what they get tells.
+TEST(IonMilling, SlopesThatIonsGrazeTurnIfTheyAreInSight) {
+  const std::string keys = silicon_alone + parallel;
+  SputterPoint top("ion_milling", keys);
+  const AngularFactor factor = top.model().angular().factors()[0];
+  const float whole = top.under({1, factor.value({0, 0, 1})}).amplitudes()[1];
+  const auto slope_with = [&](double part) {
+    double low = 60;
+    double high = 90;
+    for (int n = 0; n < 50; ++n) {
+      const double middle = 0.5 * (low + high);
+      const bool has_more = factor.value(Vec3f(at_angle(middle))) > part * factor.bounds().value;
+      (has_more ? low : high) = middle;
+    }
+    return Vec3f(at_angle(low));
+  };
+  // In sight by nine tenths, but of what the source would bring only a half arrives.
+  for (const auto& [part, seen] : {std::pair{0.06, 0.5F}, {0.04, 0.9F}}) {
+    const Vec3f normal = slope_with(part);
+    SputterPoint slope("ion_milling", keys, "Si", normal);
+    const float found = slope.under({0, 0.5F * factor.value(normal)}, 0, 0.9F).amplitudes()[1];
+    EXPECT_NEAR(found, seen * whole, 1e-4 * std::abs(whole)) << part;
+  }
+}
+
 TEST(IonMilling, LeansWithItsIons) {
   EXPECT_TRUE(read_step("ion_milling", silicon_alone).model->angular().is_mirror_symmetric(0));
   const std::string tilted = silicon_alone + "[[step.ion]]\ntilt = \"35 deg\"\n";

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <initializer_list>
@@ -199,6 +200,42 @@ TEST(PeakedYield, TurnsWithTheNormalAsItDoes) {
   for (std::size_t p = 0; p + 1 < slopes.open.size(); ++p)
     for (std::size_t q = 0; q < slopes.open.size(); ++q)
       EXPECT_NEAR(speeds[p][q], -0.5 - 2 * slopes.open[q], 0.01) << p << ' ' << q;
+}
+
+// Below a thousandth of the best a wall is left to the rest of the speed.
+TEST(PeakedYield, TurnsNothingThatIonsOnlyGraze) {
+  const StepModel step = read_step("multi_particle", R"(
+rate = "-2 nm/s * etch"
+[[step.ion]]
+name = "ion"
+source_power = 10000
+[[step.ion.yield]]
+name = "etch"
+amplitude = 0.1
+angular = "sputter"
+)");
+  const std::vector<AngularFactor> factors = step.model->angular().factors();
+  const AngularFactor& factor = factors.back();
+  for (const double part : {1.4e-3, 0.7e-3}) {
+    double low = 80;
+    double high = 90;
+    for (int n = 0; n < 50; ++n) {
+      const double middle = 0.5 * (low + high);
+      const bool has_more = factor.value(leaning({middle})[0]) > part * factor.bounds().value;
+      (has_more ? low : high) = middle;
+    }
+    const std::vector<Vec3f> normals = leaning({0, low});
+    const std::vector<MaterialId> materials(2);
+    const std::vector<float> arrivals{1, 1e-3F};
+    const std::vector<float> yield{factor.value(normals[0]), factor.value(normals[1])};
+    const std::vector<std::span<const float>> tallies{arrivals, yield};
+    const std::vector<float> amplitude =
+        step.model->angular()
+            .amplitudes({.material = materials, .normal = normals}, tallies, factors)
+            .back();
+    EXPECT_NEAR(amplitude[0], -2, 0.01);
+    EXPECT_NEAR(amplitude[1], part > 1e-3 ? -2 : 0, 0.01) << part << " at " << low;
+  }
 }
 
 // Half of the source in sight; and twice as much as there is, half of it from other walls.
@@ -577,6 +614,25 @@ TEST(LobeResponse, OfAWallThatSeesLittleOfALobeIsWeak) {
     EXPECT_LE(wall.at(normal), wall.expected(normal, part)) << normal.z;
     EXPECT_GE(wall.at(normal), 2.2 * wall.expected(normal, part)) << normal.z;
   }
+}
+
+TEST(LobeResponse, TurnsNothingWhoseCosineIsLessThanATenThousandth) {
+  const PowerOfIons model(1, 0);
+  const std::vector<Vec3f> normals{{0, 0, 1}, {1, 0, 1.4e-4F}, {1, 0, 0.7e-4F}};
+  const std::vector<MaterialId> materials(3);
+  const std::vector<float> gas(3);
+  const std::vector<float> ions{1, 0.01F, 0.01F};
+  const std::vector<std::span<const float>> flux{gas, ions, ions};
+  const auto parts = model.angular().amplitudes({.material = materials, .normal = normals}, flux,
+                                                model.angular().factors());
+  const auto turns = [&](std::size_t point) {
+    return std::any_of(parts.begin() + 1, parts.end(),
+                       [&](const std::vector<float>& part) { return part[point] != 0; });
+  };
+  EXPECT_TRUE(turns(0));
+  EXPECT_TRUE(turns(1));
+  EXPECT_FALSE(turns(2));
+  EXPECT_FLOAT_EQ(parts[0][2], -0.01F) << "all of it stays as it is";
 }
 
 TEST(TurningSpeeds, AreOfNarrowLobesAlone) {

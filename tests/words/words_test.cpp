@@ -197,8 +197,9 @@ bool holds(const std::string& text, const std::string& phrase) {
 }
 
 void expect_plain(const std::string& place, const std::string& text) {
+  const std::string read = lower(text);
   for (const std::string& phrase : private_phrases())
-    EXPECT_FALSE(holds(lower(text), phrase)) << place << ": \"" << phrase << "\" in: " << text;
+    EXPECT_FALSE(holds(read, phrase)) << place << ": \"" << phrase << "\" in: " << text;
 }
 
 TEST(Words, PagesHaveNoPrivatePhrase) {
@@ -206,6 +207,41 @@ TEST(Words, PagesHaveNoPrivatePhrase) {
     for (const std::string& paragraph : paragraphs(page))
       for (const std::vector<std::string>& sentence : sentences(paragraph))
         expect_plain(page.string(), joined(sentence));
+}
+
+/// The texts in the sources of the program: help, messages, pages of models. Those that stand side
+/// by side are one, as the compiler has them.
+std::vector<std::string> texts_in(const fs::path& source) {
+  // A comment, a character, a raw text, a text, or anything else that is no blank.
+  static const std::regex token(
+      R"re(//[^\n]*|'(\\.|[^'\\\n])'|R"\w*\(|"((?:\\.|[^"\\\n])*)"|[A-Za-z0-9_']+|\S)re");
+  std::vector<std::string> found;
+  bool goes_on = false;
+  for (const std::string& line : lines_of(source)) {
+    if (starts_with(line, "#")) continue;
+    for (std::sregex_iterator match(line.begin(), line.end(), token), end; match != end; ++match) {
+      const bool is_text = (*match)[2].matched;
+      const bool is_comment = starts_with((*match)[0], "//");
+      if (is_text && !goes_on) found.emplace_back();
+      if (is_text) found.back() += (*match)[2];
+      if (!is_comment) goes_on = is_text;
+    }
+  }
+  return found;
+}
+
+TEST(Words, MessagesHaveNoPrivatePhrase) {
+  const std::set<std::string> folders{"apps", "core", "levelset", "mesh", "flux", "models"};
+  int texts = 0;
+  for (const fs::path& file : written_files()) {
+    if (file.extension() != ".cpp" && file.extension() != ".h") continue;
+    if (!folders.contains(file.begin()->string())) continue;
+    for (const std::string& text : texts_in(file)) {
+      ++texts;
+      expect_plain(file.string(), text);
+    }
+  }
+  EXPECT_GT(texts, 2000);
 }
 
 /// The comments of a recipe as one text.

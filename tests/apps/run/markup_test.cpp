@@ -9,10 +9,6 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-TEST(Escaped, NothingOpensOrEndsWhatXmlHas) {
-  EXPECT_EQ(escaped("a]]>b <i> & \"c\""), "a]]&gt;b &lt;i&gt; &amp; &quot;c&quot;");
-}
-
 // A run with three films has nine thicknesses in one plot.
 TEST(PlotSvg, CurvesBeyondTheColoursOfAPageAreDashed) {
   Plot plot{.title = "Films", .x_label = "t [s]", .y_label = "[nm]", .curves = {}};

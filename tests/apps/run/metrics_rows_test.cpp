@@ -47,7 +47,7 @@ TEST_F(MetricsFile, MayBeginLaterThanItsRun) {
 
 TEST_F(MetricsFile, OfAnotherRunIsRefused) {
   EXPECT_THAT([&] { rows("y,time_step\na,0\n", 0); },
-              ThrowsMessage<InputError>(HasSubstr("does not begin as that of this run")));
+              ThrowsMessage<InputError>(HasSubstr("its first line is not that of this run")));
 }
 
 }  // namespace

@@ -135,7 +135,7 @@ TEST_F(RestartedRun, ResumingNamesEarlierFilesThatAreMissing) {
   const Outcome resumed = scarp("run " + small_trench("--resume -o " + path("r")));
   EXPECT_EQ(resumed.exit_code, 0);
   EXPECT_THAT(resumed.messages,
-              HasSubstr("r: the run goes on, but without surface_0001.vtp, state_0001.vdb, "
+              HasSubstr("r: the run continues, but without surface_0001.vtp, state_0001.vdb, "
                         "profile_0002.csv; run without --resume"));
 }
 
@@ -155,7 +155,7 @@ TEST_F(RestartedRun, ResumingNamesEarlierFilesThatWereChanged) {
   const Outcome resumed = scarp("run " + small_trench("--resume -o " + path("r")));
   EXPECT_EQ(resumed.exit_code, 0);
   EXPECT_THAT(resumed.messages,
-              HasSubstr("r: the run goes on, but with other content than it wrote in "
+              HasSubstr("r: the run continues, but with other content than it wrote in "
                         "profile_0002.csv, surface_0001.vtp; run without --resume"));
   EXPECT_EQ(read_file(folder_ / "r" / "metrology.csv"), metrology);
 }
@@ -211,7 +211,7 @@ TEST_F(RestartedRun, ADamagedRecipeOfTheRunIsWrittenAnew) {
   const Outcome resumed = scarp("run " + small_trench("--resume -o " + path("r")));
   EXPECT_EQ(resumed.exit_code, 0);
   EXPECT_THAT(resumed.messages,
-              HasSubstr(path("r/recipe.toml") + ": is damaged, and is written anew ("));
+              HasSubstr(path("r/recipe.toml") + ": is damaged, and is written again ("));
   EXPECT_EQ(read_file(folder_ / "r" / "recipe.toml"), recipe);
 }
 
@@ -334,7 +334,7 @@ TEST_F(RestartedRun, AnInterruptAtAnOutputEndsTheRun) {
       "timeout --foreground --signal=INT --kill-after=5 1 " + std::string(SCARP_BINARY) + " run " +
       small_trench("--set output.every='\"0.01 s\"' -o " + path("r")) + " 2>" + path("messages");
   std::system((line + " || true").c_str());
-  EXPECT_THAT(read_file(folder_ / "messages"), HasSubstr("interrupted; go on with"));
+  EXPECT_THAT(read_file(folder_ / "messages"), HasSubstr("interrupted; continue with"));
   EXPECT_FALSE(fs::exists(folder_ / "r" / "summary.json"));
 }
 

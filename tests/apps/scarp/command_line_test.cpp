@@ -260,8 +260,8 @@ etch_rate = "1 nm/s"
 )");
   const Outcome outcome = scarp("preview " + path("loose.toml") + " -o " + path("out"));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.messages;
-  EXPECT_THAT(outcome.messages, HasSubstr("warning: the start geometry has solid that nothing "
-                                          "joins to the wafer: 2 pieces of 0.0"));
+  EXPECT_THAT(outcome.messages, HasSubstr("warning: the start geometry has solid that is not "
+                                          "connected to the wafer: 2 pieces of 0.0"));
   EXPECT_THAT(outcome.messages, HasSubstr("1 void closed from the start\n  0.0"));
   const nlohmann::json result =
       json_of(scarp("preview --json " + path("loose.toml") + " -o " + path("out")));

@@ -101,6 +101,31 @@ TEST_F(MeasureCommand, ComparesAnEtchWithItsStart) {
   EXPECT_NEAR(std::stod(table[5].at("cd_at_-50_nm")), 80, 0.5);
 }
 
+TEST_F(MeasureCommand, WritesATableOfAllOutputsAndSeveralRuns) {
+  ASSERT_EQ(run_etch("one").exit_code, 0);
+  ASSERT_EQ(run_etch("two", "--set step[0].duration='\"6 s\"'").exit_code, 0);
+  const Outcome written = scarp("measure " + path("one") + ' ' + path("two") +
+                                " --all --angle-at '-20 nm' -o " + path("all.csv"));
+  ASSERT_EQ(written.exit_code, 0) << written.messages;
+  const auto table = rows("all.csv");
+  ASSERT_EQ(table.size(), 6U + 4U);
+  const auto own = rows("one/metrology.csv");
+  for (std::size_t n = 0; n < 6; ++n) {
+    EXPECT_EQ(table[n].at("run"), path("one"));
+    EXPECT_EQ(table[n].at("output"), std::to_string(n));
+    for (const char* name : {"time_s", "depth_nm", "cd_at_-50_nm", "Si_volume_nm3"})
+      EXPECT_EQ(table[n].at(name), own[n].at(name)) << name << n;
+  }
+  EXPECT_EQ(table[9].at("run"), path("two"));
+  EXPECT_EQ(table[9].at("output"), "3");
+  EXPECT_NEAR(std::stod(table[9].at("depth_nm")), 60, 0.5);
+  EXPECT_NEAR(std::stod(table[9].at("left_angle_at_-20_deg")), 90, 0.5);
+  EXPECT_NEAR(std::stod(table[9].at("right_angle_at_-20_deg")), 90, 0.5);
+  // Of several runs the newest states, on standard output.
+  const Outcome printed = scarp("measure " + path("one") + ' ' + path("two"));
+  EXPECT_EQ(std::ranges::count(printed.out, '\n'), 3);
+}
+
 TEST_F(MeasureCommand, TakesMasksHeightsAndStartFromTheCommandLine) {
   ASSERT_EQ(run_etch("out").exit_code, 0);
   const std::string state = path("out/state_0005.vdb");
@@ -198,7 +223,7 @@ TEST_F(MeasureCommand, AHeightOutOfThisWorldIsRefused) {
   const Outcome twice =
       scarp("measure " + path("out") + " --cd-at '-50 nm' --cd-at '-60 nm' --json");
   EXPECT_EQ(json_of(twice)["openings"][0]["cd_at"].size(), 2U);
-  EXPECT_THAT(scarp("measure --help").out, Not(HasSubstr("TEXT ...")));
+  EXPECT_THAT(scarp("measure --help").out, Not(HasSubstr("-at TEXT ...")));
 }
 
 }  // namespace

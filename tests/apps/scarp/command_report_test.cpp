@@ -128,7 +128,7 @@ TEST_F(ReportCommand, ASummaryThatIsDamagedIsNamedWithTheRemedy) {
   const Outcome outcome = scarp("report " + path("out"));
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_THAT(outcome.messages, HasSubstr("out/summary.json: is damaged: "));
-  EXPECT_THAT(outcome.messages, HasSubstr("scarp run --resume writes it anew"));
+  EXPECT_THAT(outcome.messages, HasSubstr("scarp run --resume writes it again"));
   EXPECT_THAT(outcome.messages, Not(HasSubstr("json.exception")));
 }
 

@@ -481,7 +481,7 @@ TEST_F(CoveragesOfRuns, ACheckpointWhoseCoveragesAreNotWholeIsPassedOver) {
     write_checkpoint(file, checkpoint.layers, checkpoint.notes);
     const Outcome resumed = run("--resume -o " + path("r"));
     EXPECT_EQ(resumed.exit_code, 0);
-    EXPECT_THAT(resumed.messages, AllOf(HasSubstr("the entry coverages is not whole"),
+    EXPECT_THAT(resumed.messages, AllOf(HasSubstr("the entry coverages is not complete"),
                                         HasSubstr("earlier checkpoint")));
   }
 }

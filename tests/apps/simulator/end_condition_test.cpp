@@ -545,8 +545,8 @@ TEST(EndCondition, OfRoundsThatCannotBeIsTold) {
                   "until = { exposed = \"Si\" }\n[[step.step.step]]\nmodel = \"isotropic\"\n"
                   "duration = \"1 s\"\netch_rate = \"1 nm/s\"\n");
       },
-      ThrowsMessage<InputError>(HasSubstr("step[0].step[0].until: of nested repeats one may have "
-                                          "until; leave it out here or outside")));
+      ThrowsMessage<InputError>(HasSubstr("step[0].step[0].until: only one level of nested repeats "
+                                          "may have until; leave it out here or outside")));
 }
 
 }  // namespace

@@ -38,7 +38,7 @@ TEST(FluxTarget, NamesTheCapThatCameFirst) {
             "the cap of 5000 rays came first; raise flux.max_rays or flux.target_error");
   options.max_rays = 100;
   EXPECT_THAT(missed_target_text(flux, options),
-              AllOf(HasSubstr("flux.max_rays is 100"), HasSubstr("the 5000 that it takes")));
+              AllOf(HasSubstr("flux.max_rays is 100"), HasSubstr("the 5000 that are needed")));
   flux.missed_by = RayCap::memory;
   EXPECT_THAT(missed_target_text(flux, options),
               AllOf(HasSubstr("flux.memory_limit (3 MB)"), Not(HasSubstr("max_rays"))));

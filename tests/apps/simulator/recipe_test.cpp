@@ -315,7 +315,7 @@ INSTANTIATE_TEST_SUITE_P(
             "EndlessRepeat",
             "[[step]]\n",
             "[[step]]\nrepeat = 1000000\n[[step.step]]\nrepeat = 1000000\n[[step.step.step]]\n",
-            {"step[0].step[0].repeat", "makes 1000000 steps", "at most 100000"}},
+            {"step[0].step[0].repeat", "makes 1000000 steps", "the most is 100000"}},
         BadRecipe{"RepeatsThatMultiply",
                   "[[step]]\n",
                   "[[step]]\nrepeat = 1000\n[[step.step]]\nrepeat = 1000\n[[step.step.step]]\n",

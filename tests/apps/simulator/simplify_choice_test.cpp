@@ -135,7 +135,7 @@ TEST_F(SimplifyChoiceOfARun, IsToldByStep) {
   EXPECT_EQ(summary("r")["simplify_left_out"]["few_facets"], 0);
   EXPECT_THAT(messages, AllOf(HasSubstr("step \"widen\", t = 0 s: the mesh is not simplified"),
                               Not(HasSubstr("step \"deepen\", t")),
-                              HasSubstr(fmt::format("simplification was left out of {} of {} ",
+                              HasSubstr(fmt::format("simplification was skipped in {} of {} ",
                                                     left_out, summary("r")["time_steps"].dump()))));
 }
 

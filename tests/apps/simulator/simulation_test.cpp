@@ -5,6 +5,7 @@
 
 #include <array>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <thread>
 
@@ -15,8 +16,10 @@
 namespace scarp {
 namespace {
 
+using ::testing::DoubleNear;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Pair;
 
 namespace fs = std::filesystem;
 
@@ -255,6 +258,49 @@ duration = "10 s"
   EXPECT_NEAR(section[1].lines.at(0).points.front()[1], 20, 0.5);
   EXPECT_NEAR(simulation.metrology().highest, 20, 0.5);
   EXPECT_THROW(simulation.section("z = 0 nm"), InputError);
+}
+
+// The two trenches on the right merge first. Numbered anew, by place, the left one would come
+// first.
+TEST(Simulation, OpeningsKeepTheirNumbersInASavedState) {
+  std::string four_trenches = R"(
+[domain]
+spacing = "20 nm"
+extent = ["1.6 um"]
+mode = "2d"
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[step]]
+model = "isotropic"
+duration = "45 s"
+etch_rate = "2 nm/s"
+[output]
+every = "5 s"
+)";
+  for (const char* center : {"-500", "-220", "220", "440"})
+    four_trenches += std::string("[[geometry]]\nshape = \"trench\"\nwidth = \"160 nm\"\n") +
+                     "depth = \"300 nm\"\ncenter = \"" + center + " nm\"\n";
+  const auto places_at = [](Simulation& simulation, double until) {
+    std::map<int, double> places;
+    while (simulation.time() < until) {
+      simulation.run_to_next_output();
+      places.clear();
+      for (const OpeningMetrology& each : simulation.metrology().openings)
+        places[each.opening] = each.centre[0];
+    }
+    return places;
+  };
+  Simulation whole({.text = four_trenches});
+  const std::map<int, double> at_end = places_at(whole, 45);
+  EXPECT_THAT(at_end, ElementsAre(Pair(4, DoubleNear(330, 20)), Pair(5, DoubleNear(-360, 20))));
+
+  const TemporaryFolder folder;
+  Simulation first({.text = four_trenches});
+  EXPECT_EQ(places_at(first, 40).size(), 2U);
+  first.save(folder / "state.vdb");
+  Simulation second({.text = four_trenches}, {.resume_from = folder / "state.vdb"});
+  EXPECT_EQ(places_at(second, 45), at_end);
 }
 
 }  // namespace

@@ -117,6 +117,42 @@ TEST(RecipeTable, CountsLengthsInAGivenUnitOrTakesThemWithTheirOwn) {
             "r.toml:1:5: a: \"300 nm\", 3 times 100 nm, is outside [0, 2]");
 }
 
+TEST(RecipeTable, ReadsATruthOrAWord) {
+  const RecipeFile file({"a = true\nb = \"auto\"\nd = false\n", "r.toml"});
+  const RecipeTable root = file.root();
+  EXPECT_EQ(root.flag_or("auto", "a", false), true);
+  EXPECT_EQ(root.flag_or("auto", "b", false), std::nullopt);
+  EXPECT_EQ(root.flag_or("auto", "c", true), true);
+  EXPECT_EQ(root.flag_or("auto", "d", true), false);
+  EXPECT_EQ(file.resolved(), "a = true\nb = \"auto\"\nc = true\nd = false\n");
+  EXPECT_EQ(
+      errors("a = \"yes\"\n", [](const RecipeTable& table) { table.flag_or("auto", "a", false); }),
+      "r.toml:1:5: a: \"yes\" is not true, false or \"auto\"");
+  EXPECT_EQ(errors("[t]\n", [](const RecipeTable& table) { table.table("t").flag("on"); }),
+            "r.toml:1:1: t.on: missing; write true or false");
+}
+
+TEST(RecipeTable, ReadsListsOfMaterials) {
+  const Materials materials;
+  const RecipeFile file({"a = [\"SiO2\", \"Si\"]\n", "r.toml"});
+  const RecipeTable root = file.root();
+  EXPECT_THAT(root.material_list("a", materials),
+              ElementsAre(materials.id("SiO2"), materials.id("Si")));
+  EXPECT_THAT(root.material_list("b", materials, {}, "[\"W\", \"Si\"]"),
+              ElementsAre(materials.id("W"), materials.id("Si")));
+  EXPECT_EQ(file.resolved(), "a = [\"SiO2\", \"Si\"]\nb = [\"W\", \"Si\"]\n");
+  EXPECT_EQ(
+      errors("[t]\n",
+             [&](const RecipeTable& table) { table.table("t").material_list("a", materials); }),
+      "r.toml:1:1: t.a: missing; write for example a = [\"Si\"]");
+}
+
+TEST(RecipeTable, KnowsItsKeys) {
+  const RecipeFile file({"[t]\nb = 1\na = 2\n", "r.toml"});
+  EXPECT_THAT(file.root().table("t").keys(), ElementsAre("b", "a"));
+  EXPECT_TRUE(file.root().table("absent").keys().empty());
+}
+
 // The kinds of bad input, in the words that users see.
 
 TEST(RecipeErrors, MissingUnit) {
@@ -160,6 +196,34 @@ TEST(RecipeErrors, MissingKeyPointsAtItsTable) {
                      read_spacing(root);
                    }),
             "r.toml:1:1: domain.spacing: missing; write for example spacing = \"5 nm\"");
+}
+
+// The example has as many entries as are wanted at least.
+TEST(RecipeErrors, MissingListIsShownWithAnExample) {
+  const auto message = [](ListSize size) {
+    return errors("x = 1\n", [&](const RecipeTable& root) {
+      root.number("x");
+      root.quantities("extent", Dimension::length, size);
+    });
+  };
+  const std::string missing = "r.toml:1:1: extent: missing; write for example extent = ";
+  EXPECT_EQ(message({1, 3}), missing + R"(["5 nm"])");
+  EXPECT_EQ(message({2, 2}), missing + R"(["5 nm", "5 nm"])");
+}
+
+TEST(RecipeErrors, MissingMaterialIsTheFirstOneForWhatIsReadOn) {
+  const Materials materials;
+  EXPECT_EQ(errors("x = 1\n",
+                   [&](const RecipeTable& root) {
+                     root.number("x");
+                     EXPECT_EQ(root.material("of", materials), materials.id("Si"));
+                   }),
+            "r.toml:1:1: of: missing; write for example of = \"Si\"");
+}
+
+TEST(RecipeErrors, ControlCharacters) {
+  EXPECT_EQ(errors("title = \"a\\u0001\"\n", [](const RecipeTable& root) { root.text("title"); }),
+            "r.toml:1:9: title: \"a\\x01\" has a control character; leave it out");
 }
 
 TEST(RecipeErrors, WrongType) {

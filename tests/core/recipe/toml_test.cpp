@@ -50,6 +50,12 @@ TEST(Toml, NestingWithoutEndIsRefusedWithItsPlace) {
   }
 }
 
+TEST(Toml, NamesTheBracketThatIsTooDeep) {
+  const std::string deep = "a = 1\nb = " + std::string(max_toml_depth + 3, '[');
+  EXPECT_THAT([&] { parse_toml(deep, "r.toml"); },
+              testing::ThrowsMessage<InputError>(testing::StartsWith("r.toml:2:37: ")));
+}
+
 TEST(Toml, DotsAndBracketsThatDoNotNestAreNotCounted) {
   const std::string text = "a = [" + repeated("1.5, {b=[1.5]}, ", 100) + "]\nb = '" +
                            repeated("[.", 100) + "'\nc = \"\\\"" + repeated("[.", 100) + "\" # " +

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -71,6 +72,13 @@ TEST_F(AtomicFileTest, LeavesTheOldFileWhenItIsNotCommitted) {
   { AtomicFile(folder_ / "old").write("second"); }
   EXPECT_EQ(content(folder_ / "old"), "first");
   EXPECT_EQ(file_count(), 1);
+}
+
+TEST_F(AtomicFileTest, MayBeReadByWhomTheUserAllows) {
+  const mode_t before = umask(0026);
+  write_file(folder_ / "file", "text");
+  umask(before);
+  EXPECT_EQ(fs::status(folder_ / "file").permissions(), static_cast<fs::perms>(0640));
 }
 
 TEST_F(AtomicFileTest, FollowsALink) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "core/error.h"
 #include "core/random.h"
@@ -38,6 +39,17 @@ TEST(Beam, GivesTheCosineOnAFlatWafer) {
   }
 }
 
+// Of what arrives, and of the part from which the source is seen.
+TEST(Beam, HasResponsesOfTwoTallies) {
+  const Shape wafer = exact::flat_wafer(20, 4);
+  const Species ions{.name = "ions", .source = {.kind = SourceLobe::Kind::beam}};
+  const std::vector<float> of_each(wafer.mesh.triangles.size(), 1);
+  const FluxField flux =
+      solve_flux(wafer.mesh, {&ions, 1}, {.sides = wafer.sides, .responses = {{of_each, of_each}}})
+          .front();
+  for (const float mean : flux.arrivals().mean) EXPECT_EQ(mean, 1);
+}
+
 TEST(Beam, LeavesVerticalWallsDarkAndTheBottomLit) {
   const Shape shape = exact::trench(2);
   const FluxField flux = solve(shape, {0, 0, -1}, Boundary::reflective);
@@ -56,8 +68,7 @@ TEST(Beam, FindsRoughWallsAlongItInSight) {
   Shape shape = exact::fine_trench(20, 8);
   RandomStream random({.seed = 1});
   for (Vec3f& r : shape.mesh.vertices)
-    if (std::abs(r.x) == 10 && r.z < 0)
-      r.x += rough * static_cast<float>(2 * random.uniform_double() - 1);
+    if (std::abs(r.x) == 10 && r.z < 0) r.x += rough * static_cast<float>(2 * random.uniform() - 1);
   const FluxField flux = solve(shape, {0, 0, -1}, Boundary::reflective);
   const auto normals = facet_normals(shape.mesh);
   int wall = 0;

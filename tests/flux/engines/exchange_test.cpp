@@ -79,7 +79,7 @@ TEST(Exchange, MeetsTheToleranceInAllColumns) {
   constexpr std::size_t columns = 5;
   std::vector<double> x(3000 * columns);
   RandomStream random({.seed = 4});
-  for (double& value : x) value = random.uniform_double() - 0.5;
+  for (double& value : x) value = random.uniform() - 0.5;
   for (std::size_t i = 0; i < 3000; ++i) x[i * columns + 2] = 0;
 
   const std::vector<double> b = direct_part(matrix, reemitted, x, columns);

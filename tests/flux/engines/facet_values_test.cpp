@@ -2,10 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
-#include "tests/flux/shapes.h"
+#include "flux/engines/facet_flux.h"
+#include "tests/flux/shape_problem.h"
 
 namespace scarp {
 namespace {
@@ -60,6 +63,35 @@ TEST_F(OnAWafer, TheMeanOfAnElementIsKept) {
         elements_.mean(e, [&](std::uint32_t f) { return on_facet(values, f, slope); });
     EXPECT_NEAR(mean, 3 + dot(slope, elements_.middle(e)), 1e-6);
   }
+}
+
+// The plane of an element that gets little beside one that gets much would go below zero: it is as
+// steep as it may be, and the mean stays.
+TEST(FacetFlux, IsNowhereNegativeAndKeepsTheMeanOfElements) {
+  exact::ShapeProblem wafer(exact::flat_wafer(32, 32), {.name = "gas"});
+  Elements joined(wafer.scene, longest_piece_edge);
+  joined.join(wafer.shape.mesh, 4);
+  const FacetValues values(wafer.shape.mesh, joined);
+  RayPlan plan(wafer.scene, joined);
+  plan.grow(16, 1'000'000);
+  const View view = look({&wafer.problem, 1}, plan, {});
+  std::vector<double> flux(plan.size());
+  for (std::size_t rank = 0; rank < plan.size(); ++rank) {
+    const double x = joined.middle(plan.element_at(rank)).x;
+    flux[rank] = x < 12 ? 0.02 : 0.2 * (x - 11);
+  }
+  const FacetFlux of_facets(wafer.problem, 0, plan, values, view, flux);
+  double least = 1;
+  for (std::size_t rank = 0; rank < plan.size(); ++rank) {
+    const std::uint32_t e = plan.element_at(rank);
+    const double mean = joined.mean(e, [&](std::uint32_t f) {
+      least = std::min(least, of_facets.of(f));
+      return of_facets.of(f);
+    });
+    EXPECT_NEAR(mean, flux[rank], 1e-6) << joined.middle(e).x;
+  }
+  EXPECT_GE(least, 0);
+  EXPECT_LT(least, 0.005);
 }
 
 // Elements are then parts of one facet, or of few.

@@ -13,6 +13,10 @@
 namespace scarp {
 namespace {
 
+std::span<const float> of_rank(const FluxDraws& draws, std::size_t rank) {
+  return draws.all().subspan(rank * draw_count, draw_count);
+}
+
 /// A deep trench in which particles hardly stick, seen along 16 rays from each element. Each block
 /// has an error of its own, the same on all its elements: what follows is nearly the same
 /// everywhere.
@@ -23,7 +27,7 @@ class FluxDrawsTest : public ::testing::Test, protected exact::ShapeProblem {
     for (const RayPlan::Window& window : plan_.windows())
       for (const RayPlan::Block& block : window)
         std::fill(halves_.begin() + block.begin, halves_.begin() + block.end,
-                  0.01 * (random.uniform_double() - 0.5));
+                  0.01 * (random.uniform() - 0.5));
   }
 
   ErrorDraws of_equations(std::uint64_t seed) const {
@@ -43,11 +47,11 @@ class FluxDrawsTest : public ::testing::Test, protected exact::ShapeProblem {
   }
   double corrected(std::uint64_t seed, std::size_t count) const {
     const std::vector<double> weights(plan_.size(), 1);
-    FluxDraws draws(plan_, view_.matrix, view_.rows, &exchange_, reemitted_, of_equations(seed),
+    FluxDraws draws(plan_, {view_.matrix, view_.rows, &exchange_, reemitted_}, of_equations(seed),
                     weights, 1);
     draws.draw(count);
     EXPECT_EQ(draws.count(), count);
-    return mean_square(count, [&](std::size_t rank) { return draws.of_rank(rank); });
+    return mean_square(count, [&](std::size_t rank) { return of_rank(draws, rank); });
   }
   double uncorrected(std::uint64_t seed) const {
     const std::vector<float> solved =
@@ -110,12 +114,12 @@ TEST_F(FluxDrawsTest, LeaveWhatSeesMostlyItselfWithinWhatThereIs) {
   std::fill(halves_.begin() + block.begin, halves_.begin() + block.end, 0.1);
   const ExchangeRows rows(matrix);
   const ExchangeSolver exchange(rows, reemitted_);
-  FluxDraws draws(plan_, matrix, rows, &exchange, reemitted_, of_equations(1),
+  FluxDraws draws(plan_, {matrix, rows, &exchange, reemitted_}, of_equations(1),
                   std::vector<double>(plan_.size(), 1), 1);
   draws.draw(draw_count);
   const auto largest = [&](std::size_t rank) {
     float most = 0;
-    for (const float each : draws.of_rank(rank)) most = std::max(most, std::abs(each));
+    for (const float each : of_rank(draws, rank)) most = std::max(most, std::abs(each));
     return most;
   };
   EXPECT_LT(largest(slit), 1);

@@ -436,6 +436,11 @@ TEST(GatherForward, SaysThatATargetIsOutOfReach) {
   EXPECT_EQ(flux.missed_by, RayCap::rays);
   EXPECT_LE(flux.rays, 100'000U);
   EXPECT_GT(flux.rays, 50'000U);
+  const FluxField small =
+      exact::trace(exact::trench(2), plasma_ions(),
+                   {.target_error = 1e-6, .max_rays = 100'000, .memory_limit = 400'000});
+  EXPECT_EQ(small.missed_by, RayCap::memory);
+  EXPECT_LT(small.rays, 100'000U);
 }
 
 TEST(GatherForward, ToATargetDoesNotDependOnTheNumberOfThreads) {

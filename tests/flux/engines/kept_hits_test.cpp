@@ -18,12 +18,11 @@ Shape two_materials() {
   return shape;
 }
 
-FluxOptions options_of(const Shape& shape, std::shared_ptr<KeptHits> hits) {
+FluxOptions options_of(const Shape& shape) {
   return {.engine = FluxOptions::Engine::gather,
           .sides = shape.sides,
           .spacing = 1,
-          .target_error = 0.02,
-          .hits = std::move(hits)};
+          .target_error = 0.02};
 }
 
 void expect_same_bits(const std::vector<FluxField>& a, const std::vector<FluxField>& b) {
@@ -44,32 +43,31 @@ TEST(KeptHits, ChangeNoBitOfAFluxAndAreNotSentAgain) {
   const std::vector<std::vector<Species>> chemistries{
       {{.name = "a", .sticking = {0.5F, 0.4F}}},
       {{.name = "b", .sticking = {0.01F, 0.02F}}, {.name = "c", .sticking = {1.0F, 1.0F}}}};
-  const auto hits = std::make_shared<KeptHits>();
+  KeptHits hits;
   std::uint64_t sent = 0;
   for (int round = 0; round < 3; ++round) {
     for (const std::vector<Species>& species : chemistries) {
-      expect_same_bits(solve_flux(shape.mesh, species, options_of(shape, hits)),
-                       solve_flux(shape.mesh, species, options_of(shape, nullptr)));
+      expect_same_bits(solve_flux(shape.mesh, species, options_of(shape), {}, {}, &hits),
+                       solve_flux(shape.mesh, species, options_of(shape)));
     }
-    if (round == 0) sent = hits->sent();
+    if (round == 0) sent = hits.sent();
     EXPECT_GT(sent, 4096U);
-    EXPECT_EQ(hits->sent(), sent) << round;
+    EXPECT_EQ(hits.sent(), sent) << round;
   }
 }
 
 // From deep down some rays are aimed at the sky, and weighed.
 TEST(KeptHits, ChangeNoBitOfAFluxInADeepHole) {
   const Shape shape = exact::hole(8, 11, 2, 12);
-  const auto hits = std::make_shared<KeptHits>();
+  KeptHits hits;
   for (const float sticking : {0.1F, 0.2F, 0.1F}) {
     const std::vector<Species> species{{.name = "a", .sticking = {sticking}}};
-    expect_same_bits(solve_flux(shape.mesh, species, options_of(shape, hits)),
-                     solve_flux(shape.mesh, species, options_of(shape, nullptr)));
+    expect_same_bits(solve_flux(shape.mesh, species, options_of(shape), {}, {}, &hits),
+                     solve_flux(shape.mesh, species, options_of(shape)));
   }
-  const std::vector<FluxField> anew =
-      solve_flux(shape.mesh, std::vector<Species>{{.name = "a", .sticking = {0.1F}}},
-                 options_of(shape, nullptr));
-  EXPECT_LT(hits->sent(), 2 * anew[0].rays);
+  const std::vector<FluxField> anew = solve_flux(
+      shape.mesh, std::vector<Species>{{.name = "a", .sticking = {0.1F}}}, options_of(shape));
+  EXPECT_LT(hits.sent(), 2 * anew[0].rays);
 }
 
 // What is joined to elements depends on materials, and so do the rays: here stripes across a trench
@@ -78,7 +76,7 @@ TEST(KeptHits, AreThoseOfTheMaterialsOfTheFacets) {
   Shape shape = exact::fine_trench();
   shape.mesh.materials.resize(shape.mesh.triangles.size());
   const std::vector<Species> species{{.name = "a", .sticking = {0.1F, 0.2F}}};
-  const auto hits = std::make_shared<KeptHits>();
+  KeptHits hits;
   std::uint64_t rays = 0;
   for (const double stripe : {0.0, 2.0}) {
     for (std::size_t f = 0; f < shape.mesh.triangles.size(); ++f) {
@@ -86,12 +84,10 @@ TEST(KeptHits, AreThoseOfTheMaterialsOfTheFacets) {
       const double y = (a.y + b.y + c.y) / 3;
       shape.mesh.materials[f] = y > stripe && y < stripe + 2 ? 1 : 0;
     }
-    FluxOptions with = options_of(shape, hits);
-    with.rays = 1;  // the least sets of all elements
-    FluxOptions without = with;
-    without.hits = nullptr;
-    const std::vector<FluxField> flux = solve_flux(shape.mesh, species, without);
-    expect_same_bits(solve_flux(shape.mesh, species, with), flux);
+    FluxOptions options = options_of(shape);
+    options.rays = 1;  // the least sets of all elements
+    const std::vector<FluxField> flux = solve_flux(shape.mesh, species, options);
+    expect_same_bits(solve_flux(shape.mesh, species, options, {}, {}, &hits), flux);
     if (rays == 0) rays = flux[0].rays;
     EXPECT_EQ(flux[0].rays, rays);
   }
@@ -103,10 +99,10 @@ TEST(KeptHits, AreNotUsedUnderASourceThatIsNotTheSameEverywhere) {
   const std::vector<Species> gas{{.name = "gas", .sticking = {0.5F}}};
   std::vector<Species> lobe = gas;
   lobe[0].source.cosine_power = 5;
-  const auto hits = std::make_shared<KeptHits>();
+  KeptHits hits;
   for (const auto& species : {gas, lobe, gas, lobe}) {
-    expect_same_bits(solve_flux(shape.mesh, species, options_of(shape, hits)),
-                     solve_flux(shape.mesh, species, options_of(shape, nullptr)));
+    expect_same_bits(solve_flux(shape.mesh, species, options_of(shape), {}, {}, &hits),
+                     solve_flux(shape.mesh, species, options_of(shape)));
   }
 }
 

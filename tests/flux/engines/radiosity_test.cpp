@@ -85,5 +85,44 @@ TEST_F(Widths, AsFineAsTheGridHaveConstants) {
   EXPECT_EQ(found.planes, found.constants);
 }
 
+// On a flat wafer nothing is seen twice: the flux is that of the source, here one that rises along x
+// from nothing.
+TEST(Radiosity, PlanesDoNotGoBelowZero) {
+  exact::ShapeProblem wafer(exact::flat_wafer(32, 32), {.name = "gas"});
+  Elements joined(wafer.scene, longest_piece_edge);
+  joined.join(wafer.shape.mesh, 4);
+  const FacetValues values(wafer.shape.mesh, joined);
+  RayPlan plan(wafer.scene, joined);
+  plan.grow(16, 1'000'000);
+  const View view = look({&wafer.problem, 1}, plan, {});
+  constexpr float part = 0.5F;
+  constexpr double rise = 0.1;
+  const std::vector<float> reemitted(plan.size(), part);
+  const std::vector<double> emission(plan.size());
+  std::vector<double> first(plan.size());
+  for (std::size_t rank = 0; rank < plan.size(); ++rank)
+    first[rank] = std::max(0.0, rise * (joined.middle(plan.element_at(rank)).x - 4));
+  const ExchangeSolver exchange(view.rows, reemitted);
+  Radiosity radiosity(plan, values, view, reemitted, emission, exchange, first);
+  radiosity.solve(1e-6);
+  int flatter = 0;
+  for (std::size_t rank = 0; rank < plan.size(); ++rank) {
+    const double root = std::sqrt(joined.area(plan.element_at(rank)));
+    const double slope = length(radiosity.slopes()[rank]);
+    EXPECT_EQ(radiosity.flux()[rank], first[rank]);
+    EXPECT_LE(slope * root, 1.000001 * part * first[rank]);
+    const double x = joined.middle(plan.element_at(rank)).x;
+    // The ridge takes a little.
+    if (x > 9 && x < 28) {
+      EXPECT_NEAR(slope, part * rise, 0.1 * part * rise);
+    }
+    if (first[rank] > 0 && first[rank] < rise * root) {
+      EXPECT_NEAR(slope * root, part * first[rank], 1e-6) << "as steep as may be";
+      ++flatter;
+    }
+  }
+  EXPECT_GT(flatter, 4);
+}
+
 }  // namespace
 }  // namespace scarp

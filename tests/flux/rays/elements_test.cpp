@@ -49,7 +49,7 @@ TEST(Elements, AreFoundFromAPlaceOnTheFacet) {
   RandomStream random({.seed = 1});
   for (std::uint32_t f = 0; f < scene.facet_count(); ++f) {
     for (int i = 0; i < 500; ++i) {
-      const Vec3d w = sample_triangle({random.uniform_double(), random.uniform_double()});
+      const Vec3d w = sample_triangle({random.uniform(), random.uniform()});
       const auto& [a, b, c] = scene.corners(f);
       const Vec3d r = w.x * Vec3d(a) + w.y * Vec3d(b) + w.z * Vec3d(c);
       const auto& [p, q, s] = elements.piece(elements.piece_at(f, r)).corners;

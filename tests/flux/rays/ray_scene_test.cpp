@@ -28,7 +28,7 @@ Shape rough_surface(std::uint64_t seed, int cells = 24) {
   RandomStream random({.seed = seed});
   const int count = cells * cells;
   std::vector<double> heights(count);
-  for (double& height : heights) height = 2.5 * random.uniform_double();
+  for (double& height : heights) height = 2.5 * random.uniform();
   exact::Builder builder;
   const auto at = [&](int i, int j) {
     const int k = (i % cells) * cells + j % cells;
@@ -41,14 +41,14 @@ Shape rough_surface(std::uint64_t seed, int cells = 24) {
 }
 
 Vec3d point_of(const RayScene& scene, std::uint32_t f, RandomStream& random) {
-  const Vec3d w = sample_triangle({random.uniform_double(), random.uniform_double()});
+  const Vec3d w = sample_triangle({random.uniform(), random.uniform()});
   const auto& [a, b, c] = scene.corners(f);
   return w.x * Vec3d(a) + w.y * Vec3d(b) + w.z * Vec3d(c);
 }
 
 Ray random_ray(const RayScene& scene, RandomStream& random) {
   const std::uint32_t f = random.bits() % static_cast<std::uint32_t>(scene.facet_count());
-  const UnitSquare xi{random.uniform_double(), random.uniform_double()};
+  const UnitSquare xi{random.uniform(), random.uniform()};
   return {.r = point_of(scene, f, random), .u = sample_cosine(xi, scene.normal(f)), .from = f};
 }
 
@@ -131,8 +131,7 @@ TEST(RayScene, LetsNothingSlipBetweenFacets) {
     const auto& [a, b, c] = scene.corners(f);
     for (const Vec3d goal :
          {Vec3d(a), 0.5 * (Vec3d(a) + Vec3d(b)), 0.3 * Vec3d(b) + 0.7 * Vec3d(c)}) {
-      const Vec3d start{20 * random.uniform_double(), 20 * random.uniform_double(),
-                        scene.source_height()};
+      const Vec3d start{20 * random.uniform(), 20 * random.uniform(), scene.source_height()};
       const Flight flight = scene.fly({.r = start, .u = normalized(goal - start)});
       EXPECT_EQ(flight.end, Flight::End::front);
     }
@@ -153,7 +152,7 @@ TEST(RayScene, LosesNothingOverManyFlights) {
           ray = random_ray(scene, random);
           continue;
         }
-        const UnitSquare xi{random.uniform_double(), random.uniform_double()};
+        const UnitSquare xi{random.uniform(), random.uniform()};
         ray = {.r = flight.r,
                .u = sample_cosine(xi, scene.normal(flight.facet)),
                .from = flight.facet};
@@ -170,9 +169,9 @@ TEST(RayScene, LosesNothingThatBeginsOnAnEdge) {
     const std::uint32_t f = random.bits() % static_cast<std::uint32_t>(scene.facet_count());
     const auto& [a, b, c] = scene.corners(f);
     const Vec3d edge = Vec3d(b) - Vec3d(a);
-    const Vec3d r = Vec3d(a) + random.uniform_double() * edge;
-    const double off_plane = std::exp2(-16 * random.uniform_double());
-    const double off_edge = std::exp2(-16 * random.uniform_double());
+    const Vec3d r = Vec3d(a) + random.uniform() * edge;
+    const double off_plane = std::exp2(-16 * random.uniform());
+    const double off_edge = std::exp2(-16 * random.uniform());
     const Vec3d along = normalized(edge);
     const Vec3d outwards = cross(along, scene.normal(f));
     const Vec3d u = normalized(along + off_edge * outwards + off_plane * scene.normal(f));
@@ -315,7 +314,7 @@ TEST(RayScene, BearsSliversThatRoundingFlattens) {
   }
   RandomStream random({.seed = 1});
   for (int i = 0; i < 1000; ++i) {
-    const double x = 2000 * random.uniform_double();
+    const double x = 2000 * random.uniform();
     for (const Vec3d r : {Vec3d{x, x, 1}, Vec3d{x, 2000 - x, 1}, Vec3d{1000, 1000, 1}})
       EXPECT_EQ(scene.fly({.r = r, .u = {0, 0, -1}}).end, Flight::End::front);
   }

@@ -46,7 +46,7 @@ INSTANTIATE_TEST_SUITE_P(Normals, CosineLobe,
 // To the bit, also where the two halves of a map meet and for axes of any direction.
 TEST(CosineSamples, AreThoseOfOneAtATime) {
   RandomStream random({.seed = 4});
-  const auto number = [&] { return random.uniform_double(); };
+  const auto number = [&] { return random.uniform(); };
   for (std::size_t count = 0; count <= CosineSamples::most; ++count) {
     CosineSamples samples;
     std::vector<std::pair<UnitSquare, Vec3d>> numbers;
@@ -73,8 +73,8 @@ TEST(SourceDirections, AreTheSameManyAtOnce) {
     std::vector<UnitSquare> numbers{{0.5, 0.5}};  // straight down
     samples.add(numbers[0], {});
     while (samples.count < count) {
-      const double xi1 = random.uniform_double();
-      samples.add(numbers.emplace_back(UnitSquare{xi1, random.uniform_double()}), {});
+      const double xi1 = random.uniform();
+      samples.add(numbers.emplace_back(UnitSquare{xi1, random.uniform()}), {});
     }
     for (const double power : {1.0, 7.5}) {
       sample_sources(samples, power);

@@ -91,6 +91,25 @@ Layers wafer(const Frame& frame) {
       frame, [](Vec3d r) { return r.z - 0.3 * h; }, 0, h);
 }
 
+// Two facets that are as long as the wafer is wide, and a spacing narrow.
+TEST(Diffusion, LongFacetsGiveToAllNodesAlongThem) {
+  const Layers layers = wafer(in_plane(40));
+  const Box box = bounding_box(extract_surface(layers));
+  const auto corner = [&](double x, double y) { return Vec3f(Vec3d{x, y, box.lower.z}); };
+  const auto& [lower, upper] = box;
+  const TriMesh facets{
+      .vertices = {corner(lower.x, lower.y), corner(upper.x, lower.y), corner(upper.x, upper.y),
+                   corner(lower.x, upper.y)},
+      .triangles = {{0, 1, 2}, {0, 2, 3}},
+      .materials = {}};
+  const Solute solute{.diffusivity = 3, .layer = 60, .bath = 0.4};
+  const std::vector<Exchange> exchange(2, {.release = 0.01, .uptake = 0.01});
+  const double expected = open_wafer_concentration(solute, exchange[0]);
+  const double step = h / solute.layer * std::abs(expected - solute.bath);
+  for (const float c : diffuse(layers, facets, exchange, solute).at_facets)
+    EXPECT_NEAR(c, expected, step + 1e-6);
+}
+
 TEST(Diffusion, AboveAnOpenWaferIsLinear) {
   for (const auto& [layer, exchange] :
        {std::pair{500.0, Exchange{.release = 0.002, .uptake = 0.01}},

@@ -15,6 +15,7 @@
 #include "core/system/temporary_folder.h"
 #include "levelset/motion/advect.h"
 #include "levelset/start/shapes.h"
+#include "tests/levelset/speeds.h"
 
 namespace scarp {
 namespace {

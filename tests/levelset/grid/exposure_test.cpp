@@ -9,6 +9,7 @@
 #include "levelset/motion/extend.h"
 #include "levelset/operations/layer_steps.h"
 #include "levelset/surface/extract_surface.h"
+#include "tests/levelset/speeds.h"
 #include "tests/levelset/surfaces.h"
 
 namespace scarp {

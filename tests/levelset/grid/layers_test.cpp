@@ -55,5 +55,32 @@ TEST(Layers, HashDependsOnMaterialsAndOrder) {
   EXPECT_NE(hash(layers), before);
 }
 
+// A film that is left on a patch of the wafer alone, over 49 nodes of 1681.
+TEST(RemoveResidues, TakesWhatIsThinAndCoversLittleAndTellsItsVolume) {
+  constexpr double h = 2;
+  const Frame wafer{.spacing = h, .cells = {40, 40}};
+  const auto removed = [&](double thickness, double half_width, bool is_etched = true) {
+    Layers layers{.frame = wafer, .stack = {}};
+    layers.stack.push_back({0, LevelSet(
+                                   wafer, [](Vec3d r) { return r.z - 0.3 * h; }, -4 * h, 4 * h)});
+    layers.stack.push_back({1, LevelSet(
+                                   wafer,
+                                   [=](Vec3d r) {
+                                     const bool is_covered =
+                                         std::max(std::abs(r.x), std::abs(r.y)) < half_width * h;
+                                     return r.z - 0.3 * h - (is_covered ? thickness * h : 0);
+                                   },
+                                   -4 * h, 4 * h)});
+    const double volume = remove_residues(layers, {false, is_etched});
+    EXPECT_EQ(layers.stack.size(), volume > 0 ? 1U : 2U);
+    return volume / (h * h * h);
+  };
+  EXPECT_NEAR(removed(0.03, 3.5), 49 * 0.03, 1e-3);
+  EXPECT_NEAR(removed(0.049, 3.5), 49 * 0.049, 1e-3);
+  EXPECT_EQ(removed(0.051, 3.5), 0);
+  EXPECT_EQ(removed(0.03, 5.5), 0) << "it covers 121 nodes";
+  EXPECT_EQ(removed(0.03, 3.5, false), 0);
+}
+
 }  // namespace
 }  // namespace scarp

@@ -6,6 +6,7 @@
 
 #include "levelset/grid/band.h"
 #include "levelset/surface/extract_surface.h"
+#include "tests/levelset/speeds.h"
 #include "tests/levelset/surfaces.h"
 
 namespace scarp {

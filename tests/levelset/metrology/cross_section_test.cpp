@@ -6,6 +6,7 @@
 
 #include "levelset/operations/layer_steps.h"
 #include "levelset/surface/extract_surface.h"
+#include "tests/levelset/cross_sections.h"
 #include "tests/levelset/surfaces.h"
 
 namespace scarp {

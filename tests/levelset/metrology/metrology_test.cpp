@@ -181,6 +181,33 @@ INSTANTIATE_TEST_SUITE_P(Metrology, Analytic,
                                            faceted(), trenched(), rounded(), jar()),
                          [](const auto& info) { return info.param.name; });
 
+// Walls that lean differently above and below a kink, and on either side.
+TEST(Metrology, HasAnglesOfBothWallsAtHeights) {
+  const double upper = 5;  // degrees from the vertical
+  const double lower = 12;
+  const double at_kink = -12 + 30 * std::tan(upper * degree);
+  const ContourPoints contour{{-12, 0},
+                              {at_kink, -30},
+                              {at_kink + 30 * std::tan(lower * degree), -60},
+                              {14, -60},
+                              {14, 0}};
+  for (int n = 0; n < 8; ++n) {
+    const auto [dx, dz] = offset(n);
+    MetrologyOptions options;
+    options.angle_heights = {h * (dz - 15), h * (dz - 45), h * (dz - 59.9)};
+    const Metrology found = measure(stack_of(plane, {contour}, offset(n)), options);
+    ASSERT_EQ(found.openings.size(), 1U) << n;
+    const auto& angles = found.openings[0].angle_at;
+    ASSERT_EQ(angles.size(), 3U);
+    for (const auto& [which, expected] : {std::pair(0, 90 - upper), std::pair(1, 90 - lower)}) {
+      ASSERT_TRUE(angles[static_cast<std::size_t>(which)][0]) << n;
+      EXPECT_NEAR(*angles[static_cast<std::size_t>(which)][0] / degree, expected, 1) << n;
+      EXPECT_NEAR(*angles[static_cast<std::size_t>(which)][1] / degree, 90, 1) << n;
+    }
+    EXPECT_FALSE(angles[2][0]) << "below the floor";
+  }
+}
+
 /// A body of revolution or a trench in space: cells enough for holes 24 wide.
 constexpr Frame space{.spacing = h, .cells = {44, 40}};
 
@@ -329,6 +356,17 @@ TEST(Metrology, OfTrenchesIsTheMeanAlongThemAndTheirRoughnessThreeSigma) {
   }
 }
 
+TEST(Metrology, OfFewerThanEightSectionsThereIsNoRoughness) {
+  for (const int sections : {7, 8}) {
+    Frame frame = space;
+    frame.cells[1] = sections;
+    const Metrology found = measure(wavy_trench(frame, 1, 0, 1.5));
+    ASSERT_EQ(found.openings.size(), 1U);
+    EXPECT_EQ(found.openings[0].section_count, sections);
+    EXPECT_EQ(found.openings[0].line_width_roughness.has_value(), sections == 8);
+  }
+}
+
 /// Silicon etched by 10 to all sides below a mask with an opening of 12, and the mask on it.
 std::vector<ContourPoints> undercut_mask(double thickness) {
   ContourPoints silicon = arc(-6, 0, 10, 180, 270);
@@ -433,6 +471,18 @@ TEST(Metrology, OfFilmsIsThatOfEachMaterialOnTopOnTheWallAndAtTheBottom) {
     EXPECT_NEAR(*films[1].wall / h, 2, 0.1);
     EXPECT_NEAR(*films[1].step_coverage, 1, 0.05);
     EXPECT_NEAR(*films[1].conformality, 1 / std::sqrt(2.0), 0.05);  // square corners
+  }
+}
+
+TEST(Metrology, OfFilmsBelowAHundredthOfASpacingThereAreNoRatios) {
+  const auto box = [](double film) { return symmetric({{-16 + film, film}, {-16 + film, -40}}); };
+  for (const double thickness : {0.007, 0.015}) {
+    const Layers layers = stack_of(plane, {box(0), box(thickness)}, {0.3, 0.6});
+    const FilmMetrology film = measure(layers).openings.at(0).films.at(0);
+    EXPECT_NEAR(*film.top / h, thickness, 1e-3);
+    EXPECT_NEAR(*film.wall / h, thickness, 1e-3);
+    EXPECT_EQ(film.wall_coverage.has_value(), thickness > 0.01);
+    EXPECT_EQ(film.conformality.has_value(), thickness > 0.01);
   }
 }
 

@@ -3,6 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
+#include <optional>
+#include <span>
+#include <vector>
 
 #include "levelset/surface/extract_surface.h"
 
@@ -109,6 +113,15 @@ TEST(OpeningNames, WhatMergesGetsANewOneAndItsPartsTheirOwnAgain) {
   }
 }
 
+// Though one that has been gone for a while was at the same place.
+TEST(OpeningNames, WhatMergesIsNoneThatComesBack) {
+  OpeningNames names;
+  EXPECT_EQ(names.add(map_of_holes({{0, 0, 4}})), (Numbers{0}));
+  EXPECT_EQ(names.add(map_of_holes({})), (Numbers{}));
+  EXPECT_EQ(names.add(map_of_holes({{-13, 0}, {13, 0}})), (Numbers{1, 2}));
+  EXPECT_EQ(names.add(map_of_holes({{-9, 0, 10}, {9, 0, 10}})), (Numbers{3}));
+}
+
 TEST(OpeningNames, WhatFallsApartGetsNewOnesAndMergedTheOldOne) {
   OpeningNames names;
   const OpeningMap merged = map_of_holes({{-9, 0, 10}, {9, 0, 10}});
@@ -138,6 +151,33 @@ TEST(OpeningNames, GoWithWhatMovesBesideItself) {
   EXPECT_EQ(names.add(map_of_holes({{-9, 0, 2}, right_hole})), (Numbers{0, 1}));
   EXPECT_EQ(names.add(map_of_holes({{-4, 0, 2}, right_hole})), (Numbers{0, 1}));
   EXPECT_EQ(names.add(map_of_holes({{-4, 12, 2}, right_hole})), (Numbers{2, 1}));
+}
+
+TEST(OpeningNames, GoThroughNumbers) {
+  OpeningNames names;
+  names.add(map_of_holes({left_hole, right_hole}));
+  names.add(map_of_holes({{-9, 0, 10}, {9, 0, 10}}));
+  const std::vector<double> numbers = numbers_of(names);
+  std::optional<OpeningNames> read = opening_names_of(numbers);
+  ASSERT_TRUE(read);
+  EXPECT_EQ(numbers_of(*read), numbers);
+  const OpeningMap next = map_of_holes({left_hole, right_hole, {0, 14}});
+  EXPECT_EQ(read->add(next), names.add(next));
+}
+
+TEST(OpeningNames, NumbersThatAreNotWholeAreNone) {
+  OpeningNames names;
+  names.add(map_of_holes({left_hole, right_hole}));
+  names.add(map_of_holes({{-9, 0, 10}, {9, 0, 10}}));
+  std::vector<double> numbers = numbers_of(names);
+  EXPECT_FALSE(opening_names_of(std::span(numbers).first(numbers.size() - 1)));
+  numbers[0] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(opening_names_of(numbers));
+  // A part that is none of them, and a list that is longer than any file.
+  EXPECT_FALSE(opening_names_of(std::vector<double>{0, 0, 1, 1, 1, 0}));
+  EXPECT_TRUE(opening_names_of(std::vector<double>{0, 0, 1, 1, 0, 0}));
+  EXPECT_FALSE(opening_names_of(std::vector<double>{0, 0, 1, 0, 4e9}));
+  EXPECT_FALSE(opening_names_of(std::vector<double>{0, 0, 1, -1, 0}));
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "levelset/motion/advect.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,8 +8,10 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/recipe/quantity.h"
 #include "levelset/grid/band.h"
 #include "levelset/surface/extract_surface.h"
+#include "tests/levelset/speeds.h"
 #include "tests/levelset/surfaces.h"
 
 namespace scarp {
@@ -65,8 +68,12 @@ TEST(Advect, RefusesSpeedsThatAreNotFinite) {
   Layers layers = single_layer(
       frame, [](Vec3d r) { return r.z - 0.3; }, -8, 8);
   SpeedField field = prescribe_speeds(layers, [](Vec3d, MaterialId) { return 1.0; });
-  field.speed[100] = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_THROW(advect(layers, field, 0.1), NumericalError);
+  const std::size_t leaf = layers.top().band().leaves().size() - 1;
+  field.speed[leaf * leaf_size + 100] = std::numeric_limits<float>::quiet_NaN();
+  const Vec3d place = frame.node_position(node_at(layers.top().band().leaves()[leaf], 100));
+  EXPECT_THAT([&] { advect(layers, field, 0.1); },
+              testing::ThrowsMessage<NumericalError>(
+                  testing::HasSubstr("not finite at " + rounded_place(place) + " nm")));
 }
 
 // What find gives at every place around the band, and the neighbours of all leaves.

@@ -10,6 +10,7 @@
 #include "levelset/motion/advect.h"
 #include "levelset/surface/extract_surface.h"
 #include "levelset/surface/facet_shares.h"
+#include "tests/levelset/speeds.h"
 #include "tests/levelset/surfaces.h"
 
 namespace scarp {
@@ -46,7 +47,7 @@ TEST(Extend, LinearSpeedsOnAPlaneAreExactInTheWholeBand) {
       }
     }
   }
-  EXPECT_NEAR(field.max_speed, 1 + 0.4 + 0.48, 1e-5);
+  EXPECT_NEAR(max_speed(layers, field), 1 + 0.4 + 0.48, 1e-5);
 }
 
 TEST(Extend, SphereWithSpeedOneGrowsAsPrescribed) {
@@ -83,6 +84,98 @@ TEST(Extend, TheTwoSidesOfAThinWallKeepTheirOwnSpeeds) {
     EXPECT_EQ(speed_at(layers, field, 18, 3, k), -1) << k;  // gas on the left
     EXPECT_EQ(speed_at(layers, field, 21, 3, k), 0) << k;   // gas on the right
     EXPECT_EQ(speed_at(layers, field, 23, 3, k), 0) << k;
+  }
+}
+
+// The gradient at a node in a wall is its distance from the middle, in spacings. The facets are
+// those of a surface that has moved on since: the left one is nearer to the node.
+TEST(Extend, NearTheMiddleOfAWallNodesAskTheNearerSide) {
+  const Frame frame{.spacing = 1, .cells = {40, 8}};
+  const auto speed_beside_middle = [&](double distance) {
+    const Layers layers = single_layer(
+        frame,
+        [=](Vec3d r) {
+          return std::max(r.z - 10.2, std::min(std::abs(r.x + distance) - 0.65, r.z + 20.2));
+        },
+        -30, 20);
+    constexpr float left = -0.3F;
+    constexpr float right = 0.6F;
+    TriMesh mesh;
+    mesh.vertices = {{left, -4, -15},  {left, 4, -15},  {left, 4, 8},  {left, -4, 8},
+                     {right, -4, -15}, {right, 4, -15}, {right, 4, 8}, {right, -4, 8}};
+    mesh.triangles = {{0, 2, 1}, {0, 3, 2}, {4, 5, 6}, {4, 6, 7}};
+    const CornerSpeeds speeds{{-1, -1, -1}, {-1, -1, -1}, {-2, -2, -2}, {-2, -2, -2}};
+    return speed_at(layers, extend_speeds(layers, open_gas(layers), mesh, speeds), 20, 3, -4);
+  };
+  EXPECT_EQ(speed_beside_middle(0.45), -1);
+  EXPECT_EQ(speed_beside_middle(0.55), -2);
+}
+
+// In the middle of a gap both walls are as near.
+TEST(Extend, MidwayBetweenWallsIsTheMeanOfTheirSpeeds) {
+  const Frame frame{.spacing = 1, .cells = {40, 8}};
+  for (const bool mirrored : {false, true}) {
+    const Layers layers = single_layer(
+        frame,
+        [](Vec3d r) { return std::max(r.z - 6.2, std::min(2.4 - std::abs(r.x), r.z + 14.2)); }, -20,
+        12);
+    const TriMesh mesh = extract_surface(layers);
+    const SpeedField field = extend_speeds(
+        layers, open_gas(layers), mesh,
+        corner_speeds(mesh, [&](Vec3f r) { return (r.x < 0) != mirrored ? 1.0F : 3.0F; }));
+    EXPECT_EQ(speed_at(layers, field, 19, 3, -4), mirrored ? 3 : 1);
+    EXPECT_EQ(speed_at(layers, field, 20, 3, -4), 2);
+    EXPECT_EQ(speed_at(layers, field, 21, 3, -4), mirrored ? 1 : 3);
+  }
+}
+
+// Beyond a corner, where no neighbour is nearer to the surface and two are as near; of speeds that
+// are as large the one that etches.
+TEST(Extend, BeyondACornerIsTheFasterOfBothSides) {
+  const Frame frame{.spacing = 1, .cells = {30, 16}};
+  const auto speed_beyond = [&](float above, float beside) {
+    const Layers layers = single_layer(
+        frame, [](Vec3d r) { return std::max(r.z, r.x) - 0.5; }, -10, 8);
+    TriMesh mesh;
+    mesh.vertices = {{-15, -8, 0.5F}, {0.5F, -8, 0.5F}, {0.5F, 8, 0.5F},
+                     {-15, 8, 0.5F},  {0.5F, -8, -10},  {0.5F, 8, -10}};
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {1, 4, 5}, {1, 5, 2}};
+    const CornerSpeeds speeds{{above, above, above},
+                              {above, above, above},
+                              {beside, beside, beside},
+                              {beside, beside, beside}};
+    return speed_at(layers, extend_speeds(layers, open_gas(layers), mesh, speeds), 16, 8, 1);
+  };
+  EXPECT_EQ(speed_beyond(1, -3), -3);
+  EXPECT_EQ(speed_beyond(4, -3), 4);
+  EXPECT_EQ(speed_beyond(2, -2), -2);
+  EXPECT_EQ(speed_beyond(-2, 2), -2);
+}
+
+// A thin wall on a periodic side: one of its faces is as near as the image of the other. The first
+// one of the mesh answers.
+TEST(Extend, OfAFacetAndAnImageThatAreAsNearTheFirstAnswers) {
+  const Frame frame{
+      .spacing = 1, .cells = {20, 8}, .boundary = {Boundary::periodic, Boundary::reflective}};
+  const Layers layers = single_layer(
+      frame,
+      [](Vec3d r) {
+        return std::max(r.z - 10.2, std::min(std::abs(std::abs(r.x) - 10) - 0.65, r.z + 20.2));
+      },
+      -30, 20);
+  constexpr float face = 9.35F;
+  for (const bool reversed : {false, true}) {
+    TriMesh mesh;
+    mesh.vertices = {{face, -4, -15},  {face, 4, -15},  {face, 4, 8},  {face, -4, 8},
+                     {-face, -4, -15}, {-face, 4, -15}, {-face, 4, 8}, {-face, -4, 8}};
+    mesh.triangles = {{0, 2, 1}, {0, 3, 2}, {4, 5, 6}, {4, 6, 7}};
+    CornerSpeeds speeds{{-1, -1, -1}, {-1, -1, -1}, {-2, -2, -2}, {-2, -2, -2}};
+    if (reversed) {
+      std::ranges::reverse(mesh.triangles);
+      std::ranges::reverse(speeds);
+    }
+    const SpeedField field = extend_speeds(layers, open_gas(layers), mesh, speeds);
+    EXPECT_EQ(speed_at(layers, field, 0, 3, -4), reversed ? -2 : -1);
   }
 }
 
@@ -391,7 +484,7 @@ TEST(Extend, CarriesTheAmplitudesOfFactors) {
   }
   // The sum over the axes of the derivatives of 2 |p| cos is 2 sqrt(2).
   const double limit = 0.5 + 1.2 * std::max(2.0, 2 * std::sqrt(2.0) / std::sqrt(3.0));
-  EXPECT_NEAR(field.max_speed, limit, 1e-3);
+  EXPECT_NEAR(max_speed(layers, field), limit, 1e-3);
   EXPECT_NEAR(stable_time_step(layers, {&speeds, 1}, {&beam, 1}, 0.4), 0.4 / limit, 1e-4);
 }
 
@@ -423,7 +516,8 @@ PassedFilm passed_film(double thickness, const std::array<std::array<float, 2>, 
   const SpeedField field =
       extend_speeds(layers, open_gas(layers), facets, speeds, {&beam, 1}, 0.6, close_facets);
   const SpeedField amplitude{.speed = field.angular[0].amplitude};
-  return {speed_at(layers, field, 4, 4, 0), speed_at(layers, amplitude, 4, 4, 0), field.max_speed};
+  return {speed_at(layers, field, 4, 4, 0), speed_at(layers, amplitude, 4, 4, 0),
+          max_speed(layers, field)};
 }
 
 // 0.5 s through the film, 0.1 s at 4 below it.

@@ -16,6 +16,7 @@
 #include "levelset/metrology/metrology.h"
 #include "levelset/motion/advect.h"
 #include "levelset/surface/extract_surface.h"
+#include "tests/levelset/speeds.h"
 #include "tests/levelset/surfaces.h"
 
 namespace scarp {
@@ -140,10 +141,8 @@ TEST(LaxFriedrichs, IsNeededForFacets) {
   // The same speeds as numbers, which the upwind scheme takes for independent of the normal.
   const AngularFactor factor = milling(wide.b);
   const FacetErrors errors = facet_errors(wide, [&](const Layers& layers) {
-    SpeedField field = prescribe_speeds(
+    return prescribe_speeds(
         layers, [&](Vec3d r, MaterialId) { return -factor.value(Vec3f(layers.top().normal(r))); });
-    field.max_speed = LimitingSpeed({&factor, 1})(0, [](std::size_t) { return 1.0F; });
-    return field;
   });
   EXPECT_GT(errors.slope, 3);
 }
@@ -543,7 +542,6 @@ Layers hole_from_above(double flat_speed, float isotropic_speed) {
         SpeedField field =
             prescribe_speeds(now, factor, [&](Vec3d, MaterialId) { return flat_speed; });
         for (float& speed : field.speed) speed += isotropic_speed;
-        update_max_speed(now, field);
         return field;
       },
       Scheme::weno5);
@@ -597,7 +595,6 @@ TEST(LaxFriedrichs, WhatGrowsUnderABeamIsLetDown) {
           SpeedField field =
               prescribe_speeds(now, beam, [&](Vec3d, MaterialId) { return -etched; });
           for (float& speed : field.speed) speed += static_cast<float>(grown);
-          update_max_speed(now, field);
           return field;
         },
         scheme);

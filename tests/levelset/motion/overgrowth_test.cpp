@@ -11,6 +11,7 @@
 #include "levelset/motion/extend.h"
 #include "levelset/start/shapes.h"
 #include "levelset/surface/extract_surface.h"
+#include "tests/levelset/speeds.h"
 #include "tests/levelset/surfaces.h"
 
 namespace scarp {

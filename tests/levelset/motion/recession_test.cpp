@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "levelset/metrology/cross_section.h"
+#include "tests/levelset/speeds.h"
 #include "tests/levelset/surfaces.h"
 
 namespace scarp {

@@ -32,7 +32,7 @@ bool has(const std::vector<double>& angles, double angle) {
   return std::ranges::any_of(angles, [&](double each) { return std::abs(each - angle) < 1.2; });
 }
 
-TEST(SlowPlanes, AreThoseThatAreLeftOfACrystal) {
+TEST(PlanesOfACrystal, AreThoseThatAreLeft) {
   // {111} alone: it goes aside more slowly than {110}, and {311} is behind the corner of {100}.
   const std::vector<double> one = angles(crystal(0.5, 0.2, 0.75), {1, 0, 0});
   EXPECT_TRUE(has(one, 54.74));
@@ -44,7 +44,7 @@ TEST(SlowPlanes, AreThoseThatAreLeftOfACrystal) {
   for (const double angle : {25.24, 54.74, 90.0}) EXPECT_TRUE(has(three, angle)) << angle;
 }
 
-TEST(SlowPlanes, OfMirroredLinesAreMirroredBitForBit) {
+TEST(PlanesOfACrystal, OfMirroredLinesAreMirroredBitForBit) {
   const CrystalRates rates = crystal(0.5, 0.3, 0.7);
   const Vec3d aside{0.6, 0.8, 0};
   const auto here = slow_planes(rates, aside, {0, 0, 1});

@@ -15,7 +15,7 @@
 namespace scarp {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+constexpr double half_turn = std::numbers::pi;
 
 Frame flat_frame(int cells) {
   Frame frame{.spacing = 1, .cells = {cells, 1}};
@@ -136,7 +136,8 @@ TEST(Coat, LeavesNoNodeOnTheSurface) {
 
 /// Area of the film on a trench: slabs, two quarter discs at the mouth, less the overlap below.
 double film_area(double extent, double width, double depth, double t) {
-  return (extent - width) * t + pi / 2 * t * t + width * depth - (width - 2 * t) * (depth - t);
+  return (extent - width) * t + half_turn / 2 * t * t + width * depth -
+         (width - 2 * t) * (depth - t);
 }
 
 TEST(Coat, OfATrenchIsTheOffsetAtEverySubCellPosition) {
@@ -147,9 +148,9 @@ TEST(Coat, OfATrenchIsTheOffsetAtEverySubCellPosition) {
       add_layer(layers, 1);
       coat(layers, thickness);
       const double exact = film_area(60, 26 + offset, 20.4 + offset, thickness);
-      // Chords of a spacing take pi / 24 away from a quarter disc, whatever its radius; one that
-      // is smaller than a cell is hardly seen.
-      const double chords = thickness < 1 ? 0 : pi / 12;
+      // Chords of a spacing take half_turn / 24 away from a quarter disc, whatever its radius; one
+      // that is smaller than a cell is hardly seen.
+      const double chords = thickness < 1 ? 0 : half_turn / 12;
       EXPECT_NEAR(material_volumes(layers)[1], exact - chords, 0.12) << thickness << " " << offset;
     }
   }
@@ -239,7 +240,7 @@ TEST(Coat, StopsBehindANeckThatItHasShut) {
       const double behind = thickness > 3.4 ? 3.4 : thickness;
       const std::size_t void_count = thickness > 3.4 ? 1 : 0;
       EXPECT_EQ(open_gas(layers).voids.size(), void_count) << middle << ' ' << thickness;
-      for (const double angle : {-2.4, -pi / 2, -0.7}) {
+      for (const double angle : {-2.4, -half_turn / 2, -0.7}) {
         const double on_film = 12.3 - behind;
         const double apart = layers.top().distance(
             {middle + on_film * std::cos(angle), 0, -20 + on_film * std::sin(angle)});

@@ -9,6 +9,7 @@
 #include <functional>
 
 #include "core/error.h"
+#include "core/system/read_file.h"
 #include "core/system/temporary_folder.h"
 #include "tests/levelset/gds_writer.h"
 
@@ -27,7 +28,7 @@ class Gds : public testing::Test {
 
   Layout layout(const std::string& bytes, const GdsSelection& selection) const {
     std::ofstream(file_, std::ios::binary) << bytes;
-    return read_gds(file_, selection);
+    return read_gds(file_, read_file(file_), selection);
   }
 
   std::string message(const std::string& bytes, const GdsSelection& selection) const {

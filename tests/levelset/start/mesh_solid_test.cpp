@@ -171,6 +171,10 @@ TEST(MeshSolid, FaultsNameThePlace) {
   TriMesh down = patch(20, 4, flat);
   turn_over(down);
   EXPECT_THAT(fault(down), HasSubstr("faces down"));
+  // However small the domain is.
+  for (Vec3f& r : down.vertices) r = 0.01F * r;
+  EXPECT_THAT(mesh_fault({.spacing = 0.01, .cells = {40, 40}}, welded(down)).value_or("none"),
+              HasSubstr("faces down"));
   EXPECT_THAT(fault({}), HasSubstr("no triangle"));
   EXPECT_THAT(fault(together(patch(20, 4, flat), closed)), HasSubstr("is open and in pieces"));
 }

@@ -74,8 +74,8 @@ TEST(CellCases, LoopsOfACellDoNotCross) {
         const int corner = edge_corner(edge);
         cuts[edge] = Vec3d{static_cast<double>(corner & 1), static_cast<double>(corner >> 1 & 1),
                            static_cast<double>(corner >> 2)};
-        const double part = random.uniform_double();
-        const bool is_near_node = random.uniform_double() < 0.5;
+        const double part = random.uniform();
+        const bool is_near_node = random.uniform() < 0.5;
         cuts[edge][edge / 4] += is_near_node ? (part < 0.5 ? 1e-3 : 1 - 1e-3) : part;
       }
       std::vector<std::vector<Corners>> loops(static_cast<std::size_t>(how.loop_count));
@@ -237,9 +237,9 @@ TEST(Creases, RoughSurfacesStayManifold) {
     };
     std::vector<Ball> balls(12);
     for (Ball& ball : balls) {
-      ball.centre = {24 * random.uniform_double() - 12, 18 * random.uniform_double() - 9,
-                     12 * random.uniform_double() - 6};
-      ball.radius = 1 + 5 * random.uniform_double();
+      ball.centre = {24 * random.uniform() - 12, 18 * random.uniform() - 9,
+                     12 * random.uniform() - 6};
+      ball.radius = 1 + 5 * random.uniform();
     }
     // Balls are cut out of the wafer and put on it in turn: edges, thin walls, islands, pinches.
     Layers layers = single_layer(

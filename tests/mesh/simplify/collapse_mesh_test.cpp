@@ -27,7 +27,7 @@ TEST(CollapseMesh, RoundsEveryCoordinateToFloat) {
   const CollapseMesh mesh(octahedral_sphere(30, 4, {100.7, -33.3, 812.1}), {});
   RandomStream random({.seed = 1});
   for (int i = 0; i < 1000; ++i) {
-    const Vec3d r{random.uniform_double(), 10 * random.uniform_double(), random.uniform_double()};
+    const Vec3d r{random.uniform(), 10 * random.uniform(), random.uniform()};
     const Vec3d place = mesh.rounded(r) + mesh.centre;
     EXPECT_TRUE(is_float(place.x) && is_float(place.y) && is_float(place.z));
     EXPECT_NEAR(length(mesh.rounded(r) - r), 0, 1e-4);

@@ -14,7 +14,7 @@ namespace {
 TriMesh tangle(std::uint32_t count, float size) {
   TriMesh mesh;
   RandomStream random({.seed = 3});
-  const auto draw = [&random] { return random.uniform(); };
+  const auto draw = [&random] { return static_cast<float>(random.uniform()); };
   for (std::uint32_t f = 0; f < count; ++f) {
     const Vec3f centre{size * draw(), size * draw(), size * draw()};
     for (int i = 0; i < 3; ++i) mesh.vertices.push_back(centre + Vec3f{draw(), draw(), draw()});

@@ -7,7 +7,6 @@
 #include <limits>
 #include <vector>
 
-#include "mesh/quality.h"
 #include "mesh/simplify/facet_shape.h"
 #include "tests/mesh/generated_surface.h"
 

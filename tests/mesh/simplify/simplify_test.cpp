@@ -13,8 +13,9 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "mesh/distance.h"
-#include "mesh/quality.h"
+#include "mesh/sides.h"
 #include "tests/mesh/generated_surface.h"
+#include "tests/mesh/quality.h"
 #include "tests/mesh/self_intersections.h"
 
 namespace scarp {
@@ -413,11 +414,13 @@ TEST(Simplify, ReachesANumberOfVerticesWithinHalfASpacingIfItCan) {
 
 TEST(Simplify, OfAPlaneLeavesNoErrorAndFewFacets) {
   const TriMesh mesh = noisy_plane(20, 0);
-  const SimplifyResult result =
-      simplify(mesh, {.sides = sides_of(mesh), .spacing = 1, .max_error = 1e-4});
-  EXPECT_LE(result.mesh.vertices.size(), 12U);
-  EXPECT_LT(result.max_distance, 1e-5);
-  expect_sound(result.mesh, mesh, sides_of(mesh));
+  for (const SimplifyMethod method : {SimplifyMethod::curvature, SimplifyMethod::paper}) {
+    const SimplifyResult result = simplify(
+        mesh, {.method = method, .sides = sides_of(mesh), .spacing = 1, .max_error = 1e-4});
+    EXPECT_LE(result.mesh.vertices.size(), 12U);
+    EXPECT_LT(result.max_distance, 1e-5);
+    expect_sound(result.mesh, mesh, sides_of(mesh));
+  }
 }
 
 TEST(Simplify, OfASphereKeepsItsVolume) {
@@ -585,6 +588,32 @@ TEST(Simplify, ZeroAreaAndRepeatedTrianglesOfTheInputAreGone) {
       simplify(mesh, {.sides = sides_of(mesh), .spacing = 1, .remove = 0});
   expect_sound(result.mesh, mesh, sides_of(mesh));
   EXPECT_LT(result.max_distance, 1e-5);
+}
+
+// A surface that bends so little that many of its vertices may go within the bound, but none within
+// a fifth of it. Removing the facet without area would move a vertex by four fifths of it.
+TEST(Simplify, RemovingWhatHasNoAreaTakesAtMostHalfOfTheBound) {
+  constexpr double max_error = 1.1e-3;
+  TriMesh mesh = noisy_plane(16, 0);
+  for (Vec3f& r : mesh.vertices) r.z += (r.x * r.x + r.y * r.y) / 2000;
+  const auto vertices_left = [&] {
+    return simplify(mesh, {.method = SimplifyMethod::lindstrom_turk,
+                           .sides = sides_of(mesh),
+                           .spacing = 1,
+                           .max_error = max_error})
+        .mesh.vertices.size();
+  };
+  const std::size_t without = vertices_left();
+  EXPECT_LT(without, 0.75 * mesh.vertices.size());
+  const Triangle t = mesh.triangles[200];
+  const auto v = static_cast<std::uint32_t>(mesh.vertices.size());
+  const Vec3f along = mesh.vertices[t[1]] - mesh.vertices[t[0]];
+  const auto moved = static_cast<float>(0.8 * max_error);
+  mesh.vertices.push_back(mesh.vertices[t[0]] + moved / length(along) * along);
+  mesh.triangles[200] = {t[0], v, t[2]};
+  mesh.triangles.push_back({v, t[1], t[2]});
+  mesh.triangles.push_back({t[0], t[1], v});
+  EXPECT_LT(vertices_left(), without + 12);
 }
 
 /// Two shells that are a little apart, and elsewhere two spheres that pass through each other.

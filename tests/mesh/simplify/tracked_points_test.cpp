@@ -8,7 +8,7 @@
 
 #include "core/random.h"
 #include "core/triangle_tree.h"
-#include "mesh/quality.h"
+#include "mesh/sides.h"
 #include "mesh/simplify/collapse_passes.h"
 #include "tests/mesh/generated_surface.h"
 

@@ -77,6 +77,8 @@ TEST(Cf4O2, IonsSputterAndEtch) {
   const std::string ions = "[[step.ion]]\nflux = \"2e16 /cm2/s\"\nenergy = \"100 eV\"\n";
   Cf4Point oxide(ions, "SiO2");
   EXPECT_NEAR(oxide.under({0, 0, 0}).speed(), -20 * 0.0139 * (10 - std::sqrt(20)) / 2.2, 1e-6);
+  // Ions take fluorine from what it etches alone.
+  EXPECT_NEAR(oxide.under({1, 0, 0}).coverage(0), 500.0 / (500 + 300), 1e-6);
   Cf4Point silicon(ions + "", "Si");
   silicon.under({1, 0, 0});
   const double enhanced = 20 * 7 * (10 - std::sqrt(15));
