@@ -143,11 +143,15 @@ Sizing read_sizing(const RecipeTable& table) {
   return sizing;
 }
 
+std::string sizing_key(const PolygonOutline& outline) {
+  return outline.sizing.grow != 0 ? "grow" : "corner_radius";
+}
+
 void warn_of_losses(const RecipeTable& table, const PolygonOutline& outline,
                     const GeometryScope& scope) {
   if (!table.ok() || !(scope.frame.spacing > 0) || outline.loops.empty() || scope.cut) return;
   const SizingLosses losses = sizing_losses(scope.frame, outline);
-  const std::string key = outline.sizing.grow != 0 ? "grow" : "corner_radius";
+  const std::string key = sizing_key(outline);
   const auto warn = [&](std::size_t lost, std::size_t all, const std::string& what) {
     if (lost == 0) return;
     table.warning(key, fmt::format("{} of {} {} in the domain", lost, all, what));
@@ -302,7 +306,7 @@ void refuse_distant(const RecipeTable& table, std::span<const Layout> layouts, c
 
 /// Layers of a layout; its origin becomes the middle of the domain.
 PolygonOutline read_layout(const RecipeTable& table, const GeometryScope& scope) {
-  const PolygonOutline none{.loops = {}, .rule = PolygonOutline::Rule::any};
+  PolygonOutline none{.loops = {}, .rule = PolygonOutline::Rule::any};
   const Frame& frame = scope.frame;
   const std::string file = table.file("file");
   GdsSelection selection{.cell = table.text("cell", "")};
@@ -399,11 +403,26 @@ Outline read_drawn_outline(const RecipeTable& table, const GeometryScope& scope)
 constexpr const char* hole_in_section =
     "a hole is cut by domain.cut: in the section it is a slot that is infinite along y";
 
+/// The same of a section, where the line meets fewer parts than it would without the sizing.
+void warn_of_lost_parts(const RecipeTable& table, const Outline& outline, const PolygonOutline& met,
+                        const GeometryScope& scope) {
+  const auto* const sized = std::get_if<PolygonOutline>(&outline);
+  if (sized == nullptr || sized->sizing.is_none()) return;
+  PolygonOutline drawn = *sized;
+  drawn.sizing = {};
+  const std::size_t count = cut_outline(scope.frame, drawn, *scope.cut).loops.size();
+  if (met.loops.size() >= count) return;
+  table.warning(sizing_key(*sized),
+                fmt::format("of {} parts on the line of domain.cut {} vanish or join others", count,
+                            count - met.loops.size()));
+}
+
 /// As it is drawn, or of a section what the line meets of it.
 Outline read_outline(const RecipeTable& table, const GeometryScope& scope) {
-  const Outline outline = read_drawn_outline(table, scope);
+  Outline outline = read_drawn_outline(table, scope);
   if (!scope.cut || !table.ok() || !(scope.frame.spacing > 0)) return outline;
-  const PolygonOutline met = cut_outline(scope.frame, outline, *scope.cut);
+  PolygonOutline met = cut_outline(scope.frame, outline, *scope.cut);
+  warn_of_lost_parts(table, outline, met, scope);
   if (met.loops.empty()) {
     table.warning("shape", "the line of domain.cut meets nothing of it");
   } else if (std::holds_alternative<CircleOutline>(outline)) {

@@ -280,7 +280,7 @@ std::array<std::array<double, 2>, 2> RecipeTable::corners(std::string_view key) 
 }
 
 std::string RecipeTable::file(std::string_view key) const {
-  const std::string name = text(key);
+  std::string name = text(key);
   if (name.empty() || node_->content->load_file) return name;
   const std::filesystem::path path =
       std::filesystem::absolute(node_->content->folder / name).lexically_normal();

@@ -366,7 +366,7 @@ class Builder {
     if (shape.material) {
       stack_.grow(*shape.material, upper, std::move(solid));
     } else {
-      stack_.cut_run(0, stack_.layer_count() - 1, std::move(solid), 0);
+      stack_.cut_run(0, stack_.layer_count() - 1, solid, 0);
     }
   }
 

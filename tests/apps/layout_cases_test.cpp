@@ -145,6 +145,18 @@ TEST_F(LayoutCases, ALineCutsALayout) {
               400 / std::cos(std::numbers::pi / 6), 0.5);
 }
 
+TEST_F(LayoutCases, WhatVanishesOnALineIsSaid) {
+  const std::string middle = "from -400 nm, 20 nm to 400 nm, 20 nm";
+  EXPECT_THAT(
+      check(section(middle, "layers = \"1 - 2\", grow = \"-50 nm\"" + centred)),
+      HasSubstr("resist.grow: of 2 parts on the line of domain.cut 2 vanish or join others"));
+  EXPECT_THAT(
+      check(section(middle, "layers = \"1 - 2\", grow = \"100 nm\"" + centred)),
+      HasSubstr("resist.grow: of 2 parts on the line of domain.cut 1 vanish or join others"));
+  EXPECT_THAT(check(section(middle, "layers = \"1 - 2\", grow = \"-20 nm\"" + centred)),
+              Not(HasSubstr("warning")));
+}
+
 TEST_F(LayoutCases, ALineIsChecked) {
   const std::string outline = "layer = 1" + centred;
   EXPECT_THAT(check(section("from 0 nm, 0 nm to 0 nm, 0 nm", outline)),

@@ -75,6 +75,7 @@ TEST(LayerFormula, HoldsWhatItSaysOfRandomLayers) {
   for (int seed = 0; seed < 20; ++seed) {
     const auto drawn = random_layers(random);
     std::vector<std::vector<Loop>> regions;
+    regions.reserve(drawn.size());
     for (const auto& layer : drawn) regions.push_back(formula_grid.united(layer));
     const auto area_of = [&](const std::string& text) {
       const LayerFormula formula(text);
