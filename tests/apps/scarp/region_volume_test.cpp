@@ -251,7 +251,9 @@ INSTANTIATE_TEST_SUITE_P(
                      "um\"]' --set flux.target_error=0.1",
                      -12000, 1e4 * 2e3},
         MeshedConfig{"hole_directional_etch", "--set domain.spacing='\"20 nm\"'", -400, 600 * 600},
-        MeshedConfig{"trench_isolation", "--set domain.spacing='\"20 nm\"'", -700, 600 * 100}),
+        MeshedConfig{"trench_isolation", "--set domain.spacing='\"20 nm\"'", -700, 600 * 100},
+        MeshedConfig{"dual_damascene", "--set domain.spacing='\"10 nm\"'", -100, 320 * 160},
+        MeshedConfig{"sadp_cut", "--set domain.spacing='\"10 nm\"'", -100, 320 * 240}),
     [](const auto& test) { return std::string(test.param.name); });
 
 TEST_P(MeshedConfigs, GmshAndTetgenFillThem) {
