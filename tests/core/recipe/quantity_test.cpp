@@ -64,22 +64,35 @@ TEST(Quantity, KnowsTheSizeOfEveryUnit) {
   };
   const double degree = std::numbers::pi / 180;
   const double torr = 101325.0 / 760;
-  const std::vector<Case> cases{
-      {Dimension::length, "nm", 1},         {Dimension::length, "um", 1e3},
-      {Dimension::length, "mm", 1e6},       {Dimension::length, "cm", 1e7},
-      {Dimension::length, "m", 1e9},        {Dimension::length, "A", 0.1},
-      {Dimension::length, "angstrom", 0.1}, {Dimension::time, "s", 1},
-      {Dimension::time, "ms", 1e-3},        {Dimension::time, "us", 1e-6},
-      {Dimension::time, "min", 60},         {Dimension::time, "h", 3600},
-      {Dimension::energy, "eV", 1},         {Dimension::energy, "meV", 1e-3},
-      {Dimension::energy, "keV", 1e3},      {Dimension::energy, "MeV", 1e6},
-      {Dimension::angle, "deg", degree},    {Dimension::angle, "\u00b0", degree},
-      {Dimension::angle, "rad", 1},         {Dimension::angle, "mrad", 1e-3},
-      {Dimension::temperature, "K", 1},     {Dimension::pressure, "Pa", 1},
-      {Dimension::pressure, "mPa", 1e-3},   {Dimension::pressure, "kPa", 1e3},
-      {Dimension::pressure, "bar", 1e5},    {Dimension::pressure, "mbar", 100},
-      {Dimension::pressure, "atm", 101325}, {Dimension::pressure, "Torr", torr},
-      {Dimension::pressure, "mTorr", 1e-3 * torr}};
+  const std::vector<Case> cases{{Dimension::length, "nm", 1},
+                                {Dimension::length, "um", 1e3},
+                                {Dimension::length, "mm", 1e6},
+                                {Dimension::length, "cm", 1e7},
+                                {Dimension::length, "m", 1e9},
+                                {Dimension::length, "A", 0.1},
+                                {Dimension::length, "angstrom", 0.1},
+                                {Dimension::time, "s", 1},
+                                {Dimension::time, "ms", 1e-3},
+                                {Dimension::time, "us", 1e-6},
+                                {Dimension::time, "min", 60},
+                                {Dimension::time, "h", 3600},
+                                {Dimension::energy, "eV", 1},
+                                {Dimension::energy, "meV", 1e-3},
+                                {Dimension::energy, "keV", 1e3},
+                                {Dimension::energy, "MeV", 1e6},
+                                {Dimension::angle, "deg", degree},
+                                {Dimension::angle, "\u00b0", degree},
+                                {Dimension::angle, "rad", 1},
+                                {Dimension::angle, "mrad", 1e-3},
+                                {Dimension::temperature, "K", 1},
+                                {Dimension::pressure, "Pa", 1},
+                                {Dimension::pressure, "mPa", 1e-3},
+                                {Dimension::pressure, "kPa", 1e3},
+                                {Dimension::pressure, "bar", 1e5},
+                                {Dimension::pressure, "mbar", 100},
+                                {Dimension::pressure, "atm", 101325},
+                                {Dimension::pressure, "Torr", torr},
+                                {Dimension::pressure, "mTorr", 1e-3 * torr}};
   for (const Case& each : cases)
     EXPECT_DOUBLE_EQ(parse_quantity("7 " + each.unit, each.dimension), 7 * each.size) << each.unit;
   EXPECT_DOUBLE_EQ(parse_quantity("7 \u00b0C", Dimension::temperature), 280.15);

@@ -85,8 +85,8 @@ TEST_F(Widths, AsFineAsTheGridHaveConstants) {
   EXPECT_EQ(found.planes, found.constants);
 }
 
-// On a flat wafer nothing is seen twice: the flux is that of the source, here one that rises along x
-// from nothing.
+// On a flat wafer nothing is seen twice: the flux is that of the source, here one that rises along
+// x from nothing.
 TEST(Radiosity, PlanesDoNotGoBelowZero) {
   exact::ShapeProblem wafer(exact::flat_wafer(32, 32), {.name = "gas"});
   Elements joined(wafer.scene, longest_piece_edge);

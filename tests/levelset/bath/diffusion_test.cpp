@@ -97,11 +97,10 @@ TEST(Diffusion, LongFacetsGiveToAllNodesAlongThem) {
   const Box box = bounding_box(extract_surface(layers));
   const auto corner = [&](double x, double y) { return Vec3f(Vec3d{x, y, box.lower.z}); };
   const auto& [lower, upper] = box;
-  const TriMesh facets{
-      .vertices = {corner(lower.x, lower.y), corner(upper.x, lower.y), corner(upper.x, upper.y),
-                   corner(lower.x, upper.y)},
-      .triangles = {{0, 1, 2}, {0, 2, 3}},
-      .materials = {}};
+  const TriMesh facets{.vertices = {corner(lower.x, lower.y), corner(upper.x, lower.y),
+                                    corner(upper.x, upper.y), corner(lower.x, upper.y)},
+                       .triangles = {{0, 1, 2}, {0, 2, 3}},
+                       .materials = {}};
   const Solute solute{.diffusivity = 3, .layer = 60, .bath = 0.4};
   const std::vector<Exchange> exchange(2, {.release = 0.01, .uptake = 0.01});
   const double expected = open_wafer_concentration(solute, exchange[0]);

@@ -186,11 +186,8 @@ TEST(Metrology, HasAnglesOfBothWallsAtHeights) {
   const double upper = 5;  // degrees from the vertical
   const double lower = 12;
   const double at_kink = -12 + 30 * std::tan(upper * degree);
-  const ContourPoints contour{{-12, 0},
-                              {at_kink, -30},
-                              {at_kink + 30 * std::tan(lower * degree), -60},
-                              {14, -60},
-                              {14, 0}};
+  const ContourPoints contour{
+      {-12, 0}, {at_kink, -30}, {at_kink + 30 * std::tan(lower * degree), -60}, {14, -60}, {14, 0}};
   for (int n = 0; n < 8; ++n) {
     const auto [dx, dz] = offset(n);
     MetrologyOptions options;

@@ -145,8 +145,7 @@ TEST(CollapseChecks, NeedlesAreComparedWithWhatIsAround) {
 
 /// Edges collapsed to a place beside the side of the ring at x = -1. The facet of its lower part
 /// becomes the thinnest: twice its area over the square of its longest edge is `thin`.
-Roof roof_with_thin_facet(double thin, double degrees = 0,
-                          ThinFacets facets = ThinFacets::noisy) {
+Roof roof_with_thin_facet(double thin, double degrees = 0, ThinFacets facets = ThinFacets::noisy) {
   double beside = 0;
   for (int n = 0; n < 100; ++n) beside = thin * (2.25 + beside * beside);
   const double angle = degrees * std::numbers::pi / 180;
