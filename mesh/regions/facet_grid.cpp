@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/triangle_tree.h"
+
 namespace scarp {
 
 namespace {
@@ -26,6 +28,33 @@ Vec3d across(const Vec3d& from, const Vec3d& to, const Vec3d& r) {
   const Vec3d u = normalized(to - from);
   const Vec3d d = r - from;
   return normalized(d - dot(d, u) * u);
+}
+
+double distance_to(const Vec3d& r, const std::array<Vec3d, 3>& t) {
+  return closest_on_triangle(r, t).distance;
+}
+
+/// Between two segments, from p to q and from a to b.
+double distance_between(const Vec3d& p, const Vec3d& q, const Vec3d& a, const Vec3d& b) {
+  const Vec3d u = q - p;
+  const Vec3d w = b - a;
+  const double uu = dot(u, u);
+  const double ww = dot(w, w);
+  const double uw = dot(u, w);
+  const double up = dot(u, p - a);
+  const double wp = dot(w, p - a);
+  const double parallel = uu * ww - uw * uw;
+  double s = parallel > 0 ? std::clamp((uw * wp - ww * up) / parallel, 0.0, 1.0) : 0;
+  const double t = std::clamp((uw * s + wp) / ww, 0.0, 1.0);
+  s = std::clamp((uw * t - up) / uu, 0.0, 1.0);
+  return length(p + s * u - a - t * w);
+}
+
+/// Whether the segment from p to q comes nearer to a triangle than the clearance.
+bool is_near(const Vec3d& p, const Vec3d& q, const std::array<Vec3d, 3>& t, double clearance) {
+  for (std::size_t n = 0; n < 3; ++n)
+    if (distance_between(p, q, t[n], t[(n + 1) % 3]) < clearance) return true;
+  return distance_to(p, t) < clearance || distance_to(q, t) < clearance || pierces(p, q, t);
 }
 
 }  // namespace
@@ -87,7 +116,7 @@ bool pierces(const Vec3d& p, const Vec3d& q, const std::array<Vec3d, 3>& t) {
   return (a >= 0 && b >= 0 && c >= 0) || (a <= 0 && b <= 0 && c <= 0);
 }
 
-bool collide(const PlacedTriangle& a, const PlacedTriangle& b) {
+bool collide(const PlacedTriangle& a, const PlacedTriangle& b, double clearance) {
   std::array<bool, 3> a_is_shared{};
   std::array<bool, 3> b_is_shared{};
   int shared = 0;
@@ -113,12 +142,12 @@ bool collide(const PlacedTriangle& a, const PlacedTriangle& b) {
   if (shared == 1) {
     const std::size_t n = first(a_is_shared, true);
     const std::size_t m = first(b_is_shared, true);
-    return pierces(a.r[(n + 1) % 3], a.r[(n + 2) % 3], b.r) ||
-           pierces(b.r[(m + 1) % 3], b.r[(m + 2) % 3], a.r);
+    return is_near(a.r[(n + 1) % 3], a.r[(n + 2) % 3], b.r, clearance) ||
+           is_near(b.r[(m + 1) % 3], b.r[(m + 2) % 3], a.r, clearance);
   }
   for (std::size_t n = 0; n < 3; ++n) {
-    if (pierces(a.r[n], a.r[(n + 1) % 3], b.r)) return true;
-    if (pierces(b.r[n], b.r[(n + 1) % 3], a.r)) return true;
+    if (is_near(a.r[n], a.r[(n + 1) % 3], b.r, clearance)) return true;
+    if (is_near(b.r[n], b.r[(n + 1) % 3], a.r, clearance)) return true;
   }
   return false;
 }

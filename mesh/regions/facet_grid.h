@@ -40,8 +40,9 @@ struct PlacedTriangle {
   std::array<Vec3d, 3> r{};
 };
 
-/// Whether two triangles pass through each other or, at a common edge, lie on each other within a
-/// small angle.
-bool collide(const PlacedTriangle& a, const PlacedTriangle& b);
+/// Whether two triangles pass through each other or come nearer to each other than the clearance,
+/// away from a corner that they share, or, at a common edge, lie on each other within a small
+/// angle.
+bool collide(const PlacedTriangle& a, const PlacedTriangle& b, double clearance);
 
 }  // namespace scarp

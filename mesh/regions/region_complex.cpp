@@ -10,6 +10,10 @@ namespace {
 
 constexpr std::uint32_t none = ~std::uint32_t{0};
 
+/// Facets keep this distance from others, in spacings: programs that fill the mesh take what is
+/// nearer for the same.
+constexpr double facet_clearance = 0.02;
+
 bool has(const Triangle& triangle, std::uint32_t v) {
   return triangle[0] == v || triangle[1] == v || triangle[2] == v;
 }
@@ -286,15 +290,19 @@ bool RegionComplex::has_good_shape(const Change& change) const {
 
 bool RegionComplex::collides(const Change& change) const {
   if (frame_.is_flat) return false;
+  const double clearance = facet_clearance * options_.spacing;
   std::vector<PlacedTriangle> added;
   for (const RegionMesh::Facet& facet : change.added)
     added.push_back({facet.corners, corners_in(change, facet)});
   std::vector<std::uint32_t> near;
   for (std::size_t n = 0; n < added.size(); ++n) {
     for (std::size_t m = 0; m < n; ++m)
-      if (collide(added[n], added[m])) return true;
+      if (collide(added[n], added[m], clearance)) return true;
     Box box;
-    for (const Vec3d& r : added[n].r) box.add(r);
+    for (const Vec3d& r : added[n].r) {
+      box.add(r - Vec3d{clearance, clearance, clearance});
+      box.add(r + Vec3d{clearance, clearance, clearance});
+    }
     grid_.near(box, near);
     for (const std::uint32_t f : near) {
       if (std::ranges::find(change.removed, f) != change.removed.end()) continue;
@@ -305,7 +313,7 @@ bool RegionComplex::collides(const Change& change) const {
             std::minmax({other.r[0][axis], other.r[1][axis], other.r[2][axis]});
         meets = low <= box.upper[axis] && high >= box.lower[axis];
       }
-      if (meets && collide(added[n], other)) return true;
+      if (meets && collide(added[n], other, clearance)) return true;
     }
   }
   return false;

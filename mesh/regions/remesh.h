@@ -26,11 +26,12 @@ inline constexpr double largest_repair = 0.25;
 
 /// Makes the facets of a region mesh well shaped, without any change to what touches what.
 ///
-/// Edges collapse and flip, and vertices move, only if afterwards no facet is turned over or
-/// crosses another one, none is thinner than before or than three tenths of the spacing, and each
-/// interface stays within max_distance of the surface of its layer, or as near as it was. Vertices
-/// on sides of the domain stay on them, those of lines where bodies meet on these, corners stay.
-/// Where the surface of a layer has an edge or a corner, vertices move there and edges along it.
+/// Edges collapse and flip, and vertices move, only if afterwards no facet is turned over, crosses
+/// another one or is nearer to it than a fiftieth of the spacing, none is thinner than before or
+/// than three tenths of the spacing, and each interface stays within max_distance of the surface of
+/// its layer, or as near as it was. Vertices on sides of the domain stay on them, those of lines
+/// where bodies meet on these, corners stay. Where the surface of a layer has an edge or a corner,
+/// vertices move there and edges along it.
 ///
 /// Shape:  surfaces has one mesh for each layer; empty ones have no interface.
 /// Cost:   about 50 us per facet. One thread.

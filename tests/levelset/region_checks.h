@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 #include <utility>
 #include <vector>
 
 #include "core/region_mesh.h"
+#include "core/triangle_tree.h"
 #include "levelset/metrology/cross_section.h"
 #include "levelset/metrology/region_surface.h"
 #include "mesh/regions/remesh.h"
@@ -78,7 +80,30 @@ inline RegionMesh remeshed(const Layers& layers, const RegionOptions& options, d
                 {.spacing = h, .size = size * h, .max_distance = 0.05 * h});
 }
 
-/// What holds for every mesh: closed, conforming, on the sides, no thin facet, nothing crosses.
+/// Vertices that are nearer than that to a facet which they are no corner of.
+inline std::size_t touching_vertices(const RegionMesh& mesh, double distance) {
+  std::size_t count = 0;
+  for (const RegionMesh::Facet& facet : mesh.facets) {
+    const auto c = corners(mesh, facet);
+    Box box;
+    for (const Vec3d& r : c) {
+      box.add(r - Vec3d{distance, distance, distance});
+      box.add(r + Vec3d{distance, distance, distance});
+    }
+    for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
+      const Vec3d& r = mesh.vertices[v];
+      if (r.x < box.lower.x || r.y < box.lower.y || r.z < box.lower.z || r.x > box.upper.x ||
+          r.y > box.upper.y || r.z > box.upper.z ||
+          std::ranges::find(facet.corners, v) != facet.corners.end())
+        continue;
+      count += closest_on_triangle(r, c).distance < distance ? 1 : 0;
+    }
+  }
+  return count;
+}
+
+/// What holds for every mesh: closed, conforming, on the sides, no thin facet, nothing crosses or
+/// touches.
 inline void expect_sound(const RegionMesh& mesh, double spacing) {
   EXPECT_EQ(facets_off_sides(mesh), 0U);
   double least = 1e300;
@@ -91,6 +116,7 @@ inline void expect_sound(const RegionMesh& mesh, double spacing) {
   if (mesh.is_flat) return;
   EXPECT_EQ(open_edges(mesh), 0U);
   EXPECT_EQ(self_intersections(all_facets(mesh)), 0U);
+  EXPECT_EQ(touching_vertices(mesh, 1e-3 * spacing), 0U);
 }
 
 }  // namespace scarp

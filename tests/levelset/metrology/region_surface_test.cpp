@@ -214,6 +214,20 @@ TEST_P(Regions, FilmsThatEndWhereTheyWereEtchedThrough) {
   EXPECT_EQ(region_surface(layers, {.bottom = bottom}).regions.size(), 4U);
 }
 
+// Where the lining begins the surfaces of four layers lie within a few thousandths of a spacing.
+TEST(RegionSurface, ALinedHoleThatEndsOnAFilm) {
+  Layers layers =
+      build_layers({.spacing = 1, .cells = {24, 16}},
+                   std::vector<Shape>{WaferShape{}, StackShape{.layers = {{1, 2.3}, {2, 8}}},
+                                      HoleShape{.radius = 5, .cut = {.depth = 8}}});
+  add_layer(layers, 3);
+  coat(layers, 1);
+  planarise(layers, 10.3);
+  const RegionMesh mesh = remeshed(layers, {.bottom = -6}, 4);
+  expect_sound(mesh, 1);
+  expect_volumes_of(layers, mesh, 0.01);
+}
+
 TEST(RegionSurface, FilmsTooThinAreLeftOut) {
   Layers layers = build_layers({.spacing = 1, .cells = {12, 10}}, std::vector<Shape>{WaferShape{}});
   add_layer(layers, 1);
