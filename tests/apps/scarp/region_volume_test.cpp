@@ -64,12 +64,12 @@ class RegionVolume : public Program {
     return std::system((line + " > " + path("printed.txt") + " 2>&1").c_str());
   }
 
-  void expect_volumes(const std::map<std::string, double>& volumes, double bottom,
-                      double area) const {
+  void expect_volumes(const std::map<std::string, double>& volumes, double bottom, double area,
+                      const std::string& wafer = "Si") const {
     const nlohmann::json wanted = summary("run")["metrology"]["volumes_nm3"];
     EXPECT_EQ(volumes.size(), wanted.size());
     for (const auto& [name, value] : wanted.items()) {
-      const double whole = value.get<double>() - (name == "Si" ? bottom * area : 0);
+      const double whole = value.get<double>() - (name == wafer ? bottom * area : 0);
       ASSERT_TRUE(volumes.contains(name)) << name;
       EXPECT_NEAR(volumes.at(name), whole, 0.01 * whole) << name;
     }
@@ -285,7 +285,7 @@ TEST_P(MeshedConfigs, GmshAndTetgenFillThem) {
   std::map<std::string, double> volumes;
   for (const BodyTet& tet : by_tetgen.tets)
     volumes[bodies.at(static_cast<std::size_t>(tet.body))] += volume(by_tetgen, tet);
-  expect_volumes(volumes, config.bottom, config.area);
+  expect_volumes(volumes, config.bottom, config.area, bodies.front());
   double sum_of_tetgen = 0;
   for (const auto& [name, value] : volumes) sum_of_tetgen += value;
   // tetgen takes facets at 0.1 degrees for one plane.
