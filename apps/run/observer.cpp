@@ -36,6 +36,12 @@ void Observer::look_at(const State& state, const Survey& now, const VoidChanges&
 void Observer::look_at(const State& state, const Move& move, std::size_t step) {
   if (move.necks_left_out.node_count > 0)
     log_.warn(necks_left_out_text(recipe_.steps[step], move.necks_left_out));
+  for (const auto& [material, volume] : move.lost_films)
+    log_.warn(
+        fmt::format("step \"{}\": {:.4g} nm^3 of {} are lost: its film is thinner than a grid "
+                    "spacing and was left "
+                    "without support; use a smaller domain.spacing",
+                    recipe_.steps[step].name, volume, recipe_.materials[material].name));
   tell_used_masks(state, step);
   if (state.step != step) {
     tell_end(recipe_.steps[step], state, step);

@@ -49,30 +49,31 @@ void print_left_out(const CostEstimate& cost, std::span<const ProcessStep> steps
                reason_of(choice));
 }
 
-nlohmann::ordered_json rates_of(const Recipe& recipe) {
+nlohmann::ordered_json rates_of(std::span<const ProcessStep> recipe_steps,
+                                const Materials& materials) {
   nlohmann::ordered_json steps = nlohmann::ordered_json::array();
-  for (const StepRates& rates : blanket_rates(recipe.steps, recipe.materials.size())) {
+  for (const StepRates& rates : blanket_rates(recipe_steps, materials.size())) {
     nlohmann::ordered_json speeds = nlohmann::ordered_json::object();
     nlohmann::ordered_json selectivities = nlohmann::ordered_json::object();
     for (const BlanketRate& rate : rates.rates) {
-      const std::string& name = recipe.materials[rate.material].name;
+      const std::string& name = materials[rate.material].name;
       speeds[name] = rate.speed;
       if (const auto selectivity = rates.selectivity_to(rate)) selectivities[name] = *selectivity;
     }
     steps.push_back({{"step", rates.step},
-                     {"name", recipe.steps[rates.step].name},
+                     {"name", recipe_steps[rates.step].name},
                      {"rates_nm_s", speeds},
                      {"selectivity_to", selectivities}});
   }
   return steps;
 }
 
-void print_rates(const Recipe& recipe) {
-  const std::vector<StepRates> all = blanket_rates(recipe.steps, recipe.materials.size());
+void print_rates(std::span<const ProcessStep> steps, const Materials& materials) {
+  const std::vector<StepRates> all = blanket_rates(steps, materials.size());
   if (all.empty()) return;
   fmt::print("# Rates on an open flat wafer, and selectivities:\n");
   for (const StepRates& rates : all)
-    fmt::print("#   {}: {}\n", recipe.steps[rates.step].name, text_of(rates, recipe.materials));
+    fmt::print("#   {}: {}\n", steps[rates.step].name, text_of(rates, materials));
 }
 
 void print_ends(const CostEstimate& cost, std::span<const ProcessStep> steps,
@@ -140,7 +141,7 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
         {"at_most", cost.at_most},
         {"mirror_planes", names_of(found.planes)},
         {"simplify_left_out", left_out_of(cost, recipe.steps)},
-        {"blanket_rates", rates_of(recipe)},
+        {"blanket_rates", rates_of(recipe.steps, recipe.materials)},
         {"ends", ends_of(cost, recipe.steps, recipe.materials, recipe.domain.frame)}};
     std::cout << result.dump(2) << '\n';
     return done;
@@ -149,7 +150,7 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
   if (const std::string text = symmetry_text(recipe.domain, found); !text.empty())
     fmt::print("# Symmetry: {}\n", text);
   print_left_out(cost, recipe.steps);
-  print_rates(recipe);
+  print_rates(recipe.steps, recipe.materials);
   print_ends(cost, recipe.steps, recipe.materials, recipe.domain.frame);
   const std::string seconds =
       cost.seconds < 10 ? fmt::format("{:.2g}", cost.seconds) : fmt::format("{:.0f}", cost.seconds);

@@ -10,6 +10,7 @@
 #include "apps/simulator/symmetry.h"
 #include "core/error.h"
 #include "levelset/grid/symmetry.h"
+#include "levelset/metrology/cross_section.h"
 #include "levelset/motion/advect.h"
 #include "levelset/motion/extend.h"
 #include "levelset/operations/fill.h"
@@ -121,10 +122,30 @@ class Operator {
                 outline_columns(layers_, mask.shape.outline, mask.shape.outlines));
   }
   void operator()(const Strip& stripped) const {
+    const std::map<MaterialId, double> before = volumes();
     strip(layers_, stripped.material, stripped.buried);
+    const std::map<MaterialId, double> after = volumes();
+    for (const auto& [material, volume] : before) {
+      const auto left = after.find(material);
+      const double lost = volume - (left == after.end() ? 0 : left->second);
+      if (material != stripped.material && lost > little_lost * std::abs(volume))
+        move_.lost_films[material] = lost;
+    }
   }
 
  private:
+  // Edges that a strip leaves are known to a part of a spacing.
+  static constexpr double little_lost = 0.02;
+
+  std::map<MaterialId, double> volumes() const {
+    const std::vector<double> of_layers = material_volumes(layers_);
+    std::map<MaterialId, double> volumes;
+    // The wafer is whole.
+    for (std::size_t n = 1; n < of_layers.size(); ++n)
+      volumes[layers_.stack[n].material] += of_layers[n];
+    return volumes;
+  }
+
   Layers& layers_;
   const Materials& materials_;
   Move& move_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <vector>
 
 #include "apps/simulator/survey.h"
@@ -13,6 +14,9 @@ struct Move {
   std::vector<Region> islands;  ///< solid that was cut off from the wafer and removed
   double residue_volume = 0;    ///< see advect
   NecksLeftOut necks_left_out{};
+  /// Of other materials than that of a strip, what was too thin to stand free on the grid. Units:
+  /// nm^3.
+  std::map<MaterialId, double> lost_films{};
   StageTimer timer;
 };
 

@@ -206,6 +206,27 @@ TEST_F(Flow, AMaskThatIsUsedUp) {
               testing::HasSubstr("\"deep etch\" has used up the mask: no resist is left"));
 }
 
+// A film between nodes that a strip leaves without support: what is lost of it is told.
+TEST_F(Flow, AFilmThatAStripLeavesBehind) {
+  const auto said_with = [&](const std::string& film) {
+    std::ostringstream said;
+    RunOptions options;
+    options.log = Log(said);
+    const std::string text =
+        flat_section +
+        "[[step]]\nmodel = \"mask\"\nmaterial = \"resist\"\nthickness = \"60 nm\"\n"
+        "resist = { shape = \"trench\", width = \"100 nm\" }\n"
+        "[[step]]\nmodel = \"conformal\"\nmaterial = \"TiN\"\nthickness = \"" +
+        film +
+        "\"\n[[step]]\nmodel = \"strip\"\nmaterial = \"resist\"\nburied = true\n"
+        "keep_free = true\n";
+    run(read_recipe(RecipeSource{.text = text, .name = "flow"}), folder_, options);
+    return said.str();
+  };
+  EXPECT_THAT(said_with("2 nm"), testing::HasSubstr("nm^3 of TiN are lost"));
+  EXPECT_THAT(said_with("15 nm"), testing::Not(testing::HasSubstr("are lost")));
+}
+
 // What a step meets, and how fast an open wafer of it goes.
 TEST_F(Flow, RatesOnOpenWafers) {
   const Recipe recipe =
