@@ -44,6 +44,7 @@ struct Mode {
   double open_flux = 1;  ///< on a level facet that nothing shades
 };
 
+// NOLINTNEXTLINE(readability-identifier-naming): GoogleTest calls it
 void PrintTo(const Mode& mode, std::ostream* out) { *out << mode.name; }
 
 std::vector<Mode> modes() {

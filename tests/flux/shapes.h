@@ -174,11 +174,12 @@ inline Shape spherical_pit(double cut) {
 /// vertices at random heights.
 inline Shape rough_triangle(std::uint64_t seed, double height, int cells = 12) {
   RandomStream random({.seed = seed});
-  std::vector<double> heights(static_cast<std::size_t>((cells + 1) * (cells + 1)));
+  const auto row = static_cast<std::size_t>(cells) + 1;
+  std::vector<double> heights(row * row);
   for (double& each : heights) each = height * random.uniform();
   const auto at = [&](int i, int j) {
     return Vec3d{20.0 * i / cells, 20.0 * j / cells,
-                 heights[static_cast<std::size_t>(i * (cells + 1) + j)]};
+                 heights[static_cast<std::size_t>(i) * row + static_cast<std::size_t>(j)]};
   };
   Builder builder;
   for (int i = 0; i < cells; ++i) {

@@ -149,6 +149,7 @@ AnalyticShape jar() {
                        {"bow", &M::bow, 20}}};
 }
 
+// NOLINTNEXTLINE(readability-identifier-naming): GoogleTest calls it
 void PrintTo(const AnalyticShape& shape, std::ostream* out) { *out << shape.name; }
 
 void expect(const OpeningMetrology& found, const std::vector<Expected>& expected,
