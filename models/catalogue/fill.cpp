@@ -37,6 +37,7 @@ std::span<const Parameter> parameters() {
 
 StepModel read(const RecipeTable& step, const StepScope& scope) {
   Fill fill{.on = step.material_list_or("all", on.name, scope.materials)};
+  for (const MaterialId each : fill.on) require_on_wafer(step, on.name, each, scope);
   if (step.has(narrower_than.name)) fill.narrower_than = read_value(step, narrower_than);
   const std::optional<MaterialId> filled = step.material(material.name, scope.materials);
   if (!step.has(height.name) && !step.has(above.name)) {

@@ -1,6 +1,5 @@
 #include "models/catalogue/planarise.h"
 
-#include <algorithm>
 #include <array>
 #include <string>
 
@@ -32,13 +31,7 @@ std::span<const Parameter> parameters() {
 /// A material that the stack has when the step starts, as far as a recipe tells.
 std::optional<MaterialId> read_stop(const RecipeTable& step, const StepScope& scope) {
   const MaterialId material = step.material(stop_material.name, scope.materials);
-  const bool is_there =
-      std::find(scope.reachable.begin(), scope.reachable.end(), material) != scope.reachable.end();
-  if (step.ok(stop_material.name) && !is_there) {
-    step.error(stop_material.name, "there is no " + scope.materials[material].name +
-                                       " on the wafer when the step starts; name a material of the "
-                                       "geometry or of an earlier step");
-  }
+  require_on_wafer(step, stop_material.name, material, scope);
   return material;
 }
 

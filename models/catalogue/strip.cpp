@@ -1,6 +1,5 @@
 #include "models/catalogue/strip.h"
 
-#include <algorithm>
 #include <array>
 
 namespace scarp {
@@ -28,10 +27,8 @@ StepModel read(const RecipeTable& step, const StepScope& scope) {
       step.error(material.name, name +
                                     " is what the wafer is made of, and that stays; name a "
                                     "material of a layer, a mask or a film");
-    } else if (std::ranges::find(scope.reachable, strip.material) == scope.reachable.end()) {
-      step.error(material.name, "there is no " + name +
-                                    " on the wafer when the step starts; name a material of the "
-                                    "geometry or of an earlier step");
+    } else {
+      require_on_wafer(step, material.name, strip.material, scope);
     }
   }
   return {.operation = strip};
