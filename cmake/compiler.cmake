@@ -59,7 +59,7 @@ if(SCARP_FUZZ)
 endif()
 
 find_program(CCACHE ccache)
-if(CCACHE)
+if(CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   # The sloppiness is what ccache needs to see through precompiled headers. What a file includes is taken from the compiler, which
   # knows it anyway, instead of a run of the preprocessor: a tenth of the time of a first build.
   set(CMAKE_CXX_COMPILER_LAUNCHER env CCACHE_SLOPPINESS=pch_defines,time_macros CCACHE_DEPEND=1 ${CCACHE})

@@ -228,7 +228,7 @@ class Faces {
 };
 
 /// The surface as rays meet it, in units of the grid about an origin.
-struct Scene {
+struct ShadedScene {
   const Layers& layers;
   const TriMesh& surface;
   RayScene rays;
@@ -257,7 +257,7 @@ struct Scene {
 /// Colours of the surface: by material, by how much of the sky is seen, and by a light.
 class Shading {
  public:
-  Shading(const Scene& scene, int sky_rays) : scene_(scene), sky_rays_(sky_rays) {}
+  Shading(const ShadedScene& scene, int sky_rays) : scene_(scene), sky_rays_(sky_rays) {}
 
   /// Shape: flights that arrived on the surface, by the samples of the row of tiles that see them.
   void shade(int tile_row, std::span<const std::size_t> samples, std::span<const Flight> there,
@@ -328,7 +328,7 @@ class Shading {
     return static_cast<double>(to_sky) / rays;
   }
 
-  const Scene& scene_;
+  const ShadedScene& scene_;
   int sky_rays_;
 };
 
@@ -448,7 +448,7 @@ class Renderer {
     return sights;
   }
 
-  Scene scene_;
+  ShadedScene scene_;
   Block block_;
   Picture picture_;
   Faces faces_;

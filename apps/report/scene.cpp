@@ -11,7 +11,6 @@
 #include "apps/run/markup.h"
 #include "apps/run/picture.h"
 #include "apps/run/png_file.h"
-#include "apps/viewer/viewer_script.h"
 #include "core/system/base64.h"
 #include "levelset/surface/extract_surface.h"
 #include "mesh/simplify/curvature.h"
@@ -315,11 +314,6 @@ std::string wafer_picture(const SavedWafer& wafer) {
 
 std::string scene_html(const Scene& scene, const std::string& id, const std::string& pictures) {
   const std::string still = "<div class=\"still\">\n" + pictures + "</div>\n";
-  if (viewer_script().empty()) {
-    return still +
-           "<p>This scarp was built without the viewer, which needs node and npm: the page has "
-           "pictures only.</p>\n";
-  }
   ordered_json json{{"place_error_nm", scene.place_error()},
                     {"materials", materials_json(scene)},
                     {"fields", fields_json(scene)},

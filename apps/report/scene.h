@@ -75,7 +75,7 @@ void thin_out(Scene& scene, std::size_t most_bytes);
 std::string wafer_picture(const SavedWafer& wafer);
 
 /// The element that the viewer fills, with all that it shows and the pictures that stand there
-/// without it; these alone where the viewer was left out of the build.
+/// without it.
 std::string scene_html(const Scene& scene, const std::string& id, const std::string& pictures);
 
 }  // namespace scarp

@@ -7,8 +7,6 @@ namespace scarp {
 
 namespace {
 
-constexpr Limits positive{.minimum = 0, .exclusive = true};
-
 void check_name(const RecipeTable& table, std::string_view key, std::string_view name) {
   if (printable(name) != name || name.find_first_of("\n\t") != std::string_view::npos)
     table.error(key, in_quotes(name) + ": a name is one line without control characters");
@@ -33,7 +31,8 @@ void read_materials(const RecipeTable& table, Materials& materials) {
       table.error(name, "a material's name becomes part of names of files: leave out the /");
     const RecipeTable material = table.table(name);
     check_name(material, "density", name);
-    materials.add({name, material.quantity("density", Dimension::density, positive)});
+    materials.add({name, material.quantity("density", Dimension::density,
+                                           {.minimum = 0, .exclusive = true})});
   }
 }
 

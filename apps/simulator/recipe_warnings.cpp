@@ -3,11 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "apps/simulator/state.h"
+#include "levelset/operations/placed_shapes.h"
 #include "models/open_wafer.h"
 
 namespace scarp {
@@ -45,13 +49,29 @@ class OpenSpeeds {
   std::map<const SurfaceModel*, std::vector<float>> known_;
 };
 
+std::string narrow_text(const ShapeProblem& problem) {
+  return problem.message + ": flux and shape are rough there; use a finer domain.spacing";
+}
+
 void warn_of_narrow_features(std::span<const RecipeTable> tables, const Frame& frame,
-                             std::span<const Shape> shapes) {
+                             std::span<const Shape> shapes, const std::optional<Ground>& ground) {
   const double width = least_feature_width * frame.spacing;
-  for (const ShapeProblem& each : narrow_features(frame, shapes, width))
-    tables[each.shape].warning(
-        each.key, fmt::format("{}: flux and shape are rough there; use a finer domain.spacing",
-                              each.message));
+  for (const ShapeProblem& each : narrow_features(frame, shapes, width, ground))
+    tables[each.shape].warning(each.key, narrow_text(each));
+}
+
+// Of masks that steps put on what is there. Steps that are repeated say so once.
+void warn_of_narrow_masks(const RecipeTable& root, const Frame& frame,
+                          std::span<const ProcessStep> steps) {
+  std::set<std::string> seen;
+  for (const ProcessStep& step : steps) {
+    const auto* const mask = step.operation ? std::get_if<MaskFilm>(&*step.operation) : nullptr;
+    if (mask == nullptr || !seen.insert(step.path).second) continue;
+    const std::array<Shape, 1> shapes{mask->shape};
+    const double width = least_feature_width * frame.spacing;
+    for (const ShapeProblem& each : narrow_features(frame, shapes, width, Ground{}))
+      root.warning(step.path + '.' + each.key, narrow_text(each));
+  }
 }
 
 void warn_of_idle_bodies(std::span<const RecipeTable> tables, const Frame& frame,
@@ -320,7 +340,7 @@ class Masks {
 // The flux on a facet is one number.
 void warn_of_long_facets(const RecipeTable& root, std::span<const RecipeTable> shapes,
                          const Frame& frame, std::span<const Shape> start,
-                         const SimplifyOptions& options) {
+                         const std::optional<Ground>& ground, const SimplifyOptions& options) {
   const Sides sides = frame.sides();
   // Without a limit an opening in the domain is always too narrow.
   const double widest = std::max(sides.width(0), sides.width(1));
@@ -329,7 +349,7 @@ void warn_of_long_facets(const RecipeTable& root, std::span<const RecipeTable> s
   // Where openings are too narrow for these, it is the grid that is too coarse.
   if (longest <= short_edge * frame.spacing) return;
   const double width = std::min(facets_across * longest, widest);
-  for (const ShapeProblem& each : narrow_features(frame, start, width)) {
+  for (const ShapeProblem& each : narrow_features(frame, start, width, ground)) {
     if (!each.is_opening) continue;
     const std::string length =
         options.l_max > 0 ? "edges of " + length_text(longest) : "edges of any length";
@@ -352,15 +372,20 @@ void judge_coarseness(const RecipeTable& root, const Recipe& recipe) {
   const Frame& frame = recipe.domain.frame;
   const std::vector<Shape>& start = recipe.start.shapes;
   OpenSpeeds speeds(recipe.steps, recipe.materials.size());
-  // Those of a state that a recipe starts from were told before, and what shapes do on it is not
-  // known here.
-  if (!start.empty() && !recipe.start.state) {
-    warn_of_narrow_features(shapes, frame, start);
+  const std::optional<Ground> ground =
+      recipe.start.state ? std::optional(ground_of(recipe.start.state->state->layers))
+                         : std::nullopt;
+  if (!start.empty()) {
+    warn_of_narrow_features(shapes, frame, start, ground);
+    const auto& simplify = recipe.simplification.options;
+    if (simplify) warn_of_long_facets(root, shapes, frame, start, ground, *simplify);
+  }
+  warn_of_narrow_masks(root, frame, recipe.steps);
+  // The layers of a state are not known as shapes: the run that left it has warned of them.
+  if (!start.empty() && !ground) {
     warn_of_idle_bodies(shapes, frame, start);
     warn_of_thin_layers(shapes, flat_layers(start), frame.spacing, speeds);
     UnheldFilms(shapes, start, frame.spacing, speeds, recipe.materials).refuse(recipe.steps);
-    const auto& simplify = recipe.simplification.options;
-    if (simplify) warn_of_long_facets(root, shapes, frame, start, *simplify);
   }
   Films(root, frame.spacing, speeds).warn(recipe.steps);
   Masks masks(root, speeds, recipe.materials);

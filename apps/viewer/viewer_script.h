@@ -4,8 +4,7 @@
 
 namespace scarp {
 
-/// The script that shows the scenes of a page (apps/viewer/src); empty where it was left out of the
-/// build.
+/// The script that shows the scenes of a page (apps/viewer/src).
 std::string_view viewer_script();
 
 }  // namespace scarp

@@ -161,12 +161,12 @@ struct Ground {
 std::vector<ShapeProblem> check_shapes_on(const Frame& frame, std::span<const Shape> shapes,
                                           const Ground& ground);
 
-/// Openings, ridges and walls that are narrower than a width, of shapes that are a geometry. Of a
-/// shape that has several, the first.
+/// Openings, ridges and walls that are narrower than a width, of shapes that are a geometry, by
+/// themselves or on what is there. Of a shape that has several, the first.
 ///
 /// Units: nm.
 std::vector<ShapeProblem> narrow_features(const Frame& frame, std::span<const Shape> shapes,
-                                          double width);
+                                          double width, const std::optional<Ground>& ground = {});
 
 /// Bodies of meshes that lie wholly in solid and add nothing, or wholly in the open and cut
 /// nothing: looked for at places of the surface and inside, a spacing apart or what makes some 50

@@ -346,8 +346,8 @@ def judge(project, mutant):
         project.write(mutant, mutant.before)
 
 
-def run(project, drawn, count):
-    """Judges changes until so many count."""
+def run(project, drawn, count, keep=lambda rows: None):
+    """Judges changes until so many count. What is known so far is kept after each: a run takes hours."""
     rows = []
     counted = 0
     for mutant in drawn:
@@ -357,6 +357,7 @@ def run(project, drawn, count):
         result, by = judge(project, mutant)
         counted += result in ("killed", "survived")
         rows.append({**asdict(mutant), "result": result, "by": by, "seconds": round(time.monotonic() - start, 1)})
+        keep(rows)
         say(f"{counted}/{count} {mutant.file}:{mutant.line} {mutant.kind}: {result} {by}".rstrip())
     return rows
 
@@ -403,11 +404,13 @@ def main():
     drawn = draw(project.sources(options.only or MODULES), options.seed)
     if options.list:
         return print_changes(drawn[: options.count])
-    rows = run(project, drawn, options.count)
-    print(table(rows))
-    if options.json:
-        summary = {"commit": project.commit, "seed": options.seed, "modules": options.only or MODULES}
-        options.json.write_text(json.dumps({**summary, "mutants": rows}, indent=1) + "\n")
+    summary = {"commit": project.commit, "seed": options.seed, "modules": options.only or MODULES}
+
+    def write_json(rows):
+        if options.json:
+            options.json.write_text(json.dumps({**summary, "mutants": rows}, indent=1) + "\n")
+
+    print(table(run(project, drawn, options.count, write_json)))
 
 
 if __name__ == "__main__":

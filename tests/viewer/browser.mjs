@@ -23,7 +23,7 @@ const args = [
   '--enable-unsafe-swiftshader',
 ];
 
-/** What the tests need beside scarp: from the folder that npm filled when the viewer was built. */
+/** What the tests need beside scarp: from the folder that bundle_test.mjs filled. */
 export async function launch() {
   const { chromium } = createRequire(join(process.env.VIEWER_FOLDER, 'package.json'))('playwright-core');
   return chromium.launch({ executablePath, args });

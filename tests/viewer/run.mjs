@@ -1,4 +1,4 @@
-// All tests of the viewer; says so where what they need is missing.
+// All tests of the viewer in a browser; says so where what they need is missing.
 
 import { spawnSync } from 'node:child_process';
 import { existsSync } from 'node:fs';
@@ -6,7 +6,7 @@ import { join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 
 function missing() {
-  if (!existsSync(join(process.env.VIEWER_FOLDER, 'viewer.js'))) return 'the viewer was left out of the build';
+  if (!existsSync(join(process.env.VIEWER_FOLDER, 'node_modules'))) return 'the packages of the viewer are out of reach';
   if (!existsSync('/usr/bin/chromium')) return 'there is no /usr/bin/chromium (Debian package chromium)';
   return null;
 }

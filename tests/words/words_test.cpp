@@ -279,8 +279,7 @@ bool has_lines_for_people(const fs::path& file) {
   for (const char* data : {"tests/reference/", "tests/fuzz/seeds/", "tests/fuzz/found/"})
     if (starts_with(name, data)) return false;
   if (name == "tests/apps/user_errors.toml") return false;  // messages as they are printed
-  if (name.find("bundle") != std::string::npos || name.find(".min.") != std::string::npos)
-    return false;
+  if (name.find(".min.") != std::string::npos) return false;
   static const std::set<std::string> endings{".cpp", ".h",  ".md",  ".toml", ".txt",
                                              ".py",  ".js", ".mjs", ".cmake"};
   const bool is_script = starts_with(name, "tests/faults/") ||

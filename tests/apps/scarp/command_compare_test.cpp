@@ -5,7 +5,6 @@
 
 #include "apps/report/comparison.h"
 #include "apps/run/run_record.h"
-#include "apps/viewer/viewer_script.h"
 #include "tests/apps/program.h"
 
 namespace scarp {
@@ -346,7 +345,6 @@ TEST_F(CompareCommand, TwoStatesAreAsFarApartAsTheirFilms) {
 
 // From right to left, in um; the trench of the run is 300 nm wide and 400 nm deep.
 TEST_F(CompareCommand, TheViewerGetsBothSurfacesWithTheirDistance) {
-  if (viewer_script().empty()) GTEST_SKIP() << "built without the viewer: node or npm is missing";
   const std::string deep = "extent = [\"600 nm\", \"60 nm\"]";
   run_film("a", "40 nm", deep);
   run_film("b", "43 nm", deep);

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "apps/viewer/viewer_script.h"
 #include "tests/apps/columns.h"
 #include "tests/apps/program.h"
 
@@ -63,7 +62,6 @@ TEST_F(ReportCommand, ItsNumbersAreThoseOfTheFiles) {
 }
 
 TEST_F(ReportCommand, TheViewerGetsTheSurfacesOfTheFiles) {
-  if (viewer_script().empty()) GTEST_SKIP() << "built without the viewer: node or npm is missing";
   run_trench("out");
   const nlohmann::json found = scene_description(read_file(path("out/report.html")));
   const nlohmann::json outputs = found["panes"][0]["outputs"];

@@ -6,10 +6,12 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "apps/estimate/estimate.h"
+#include "apps/simulator/state.h"
 #include "core/error.h"
 #include "tests/apps/program.h"
 #include "tests/apps/recipe_text.h"
@@ -18,6 +20,7 @@ namespace scarp {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
@@ -109,6 +112,14 @@ INSTANTIATE_TEST_SUITE_P(
         Doubt{"MaskOpeningOfSix", mask("opening = { shape = \"trench\", width = \"60 nm\" }"), {}},
         Doubt{"Resist", mask("resist = { shape = \"rectangle\", size = [\"100 nm\", \"40 nm\"] }"),
               and_key("geometry[1].resist.size", narrow)},
+        Doubt{"MaskOfAStep",
+              "[[step]]\nmodel = \"mask\"\nmaterial = \"resist\"\nthickness = \"60 nm\"\n"
+              "opening = { shape = \"trench\", width = \"40 nm\" }\n",
+              and_key("step[0].opening.width", narrow)},
+        Doubt{"MaskOfAStepThatRepeats",
+              "[[step]]\nrepeat = 3\n[[step.step]]\nmodel = \"mask\"\nmaterial = \"resist\"\n"
+              "thickness = \"60 nm\"\nopening = { shape = \"trench\", width = \"40 nm\" }\n",
+              and_key("step[0].step[0].opening.width", narrow)},
         Doubt{"Polygon",
               mask("opening = { shape = \"polygon\", points = [[\"0 nm\", \"0 nm\"], [\"90 nm\", "
                    "\"0 nm\"], [\"90 nm\", \"40 nm\"], [\"0 nm\", \"40 nm\"]] }"),
@@ -172,6 +183,28 @@ INSTANTIATE_TEST_SUITE_P(
         Doubt{
             "LongFacetsOfAFullMesh", trench_100 + "[simplify]\nenabled = false\nl_max = 9\n", {}}),
     [](const auto& test) { return test.param.name; });
+
+// Shapes on a state are looked at as those of a start geometry.
+TEST(NarrowShapes, OnAStateAreToldAsThoseOfAStartGeometry) {
+  const Recipe base = read_text(recipe(""));
+  const auto load = [&](const std::filesystem::path&, const Materials&) {
+    const auto state = std::make_shared<State>();
+    state->layers = build_layers(base.domain.frame, base.start.shapes);
+    return StartState{.file = "a.vdb", .state = state, .hash = ""};
+  };
+  const auto warnings = [&](const std::string& tables) {
+    std::string text = recipe(tables);
+    const std::string wafer = "[[geometry]]\nshape = \"wafer\"\nmaterial = \"Si\"\n";
+    text = "start = \"a.vdb\"\n" + text.replace(text.find(wafer), wafer.size(), "[materials]\n");
+    return read_recipe({.text = text}, load).warnings;
+  };
+  EXPECT_THAT(
+      warnings(shape("shape = \"trench\"\nwidth = \"40 nm\"\ndepth = \"90 nm\"")),
+      ElementsAre(AllOf(HasSubstr("geometry[0].width: 40 nm"), HasSubstr("5 grid spacings"))));
+  EXPECT_THAT(warnings(trench_100 + "[simplify]\nl_max = 5.1\n"),
+              ElementsAre(HasSubstr("simplify.l_max: allows edges of 51 nm")));
+  EXPECT_THAT(warnings(trench_100 + "[simplify]\nl_max = 5\n"), IsEmpty());
+}
 
 // A film over silicon under a mask, and what two steps do to it.
 std::string held_film(const std::string& thickness, const std::string& first,
