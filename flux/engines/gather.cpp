@@ -27,6 +27,9 @@ constexpr float cell_of_fixed_rays = 2;
 constexpr float narrowest_cell = 1;
 constexpr double most_bias = 1.0 / 3;
 
+// What lies deep down is known by so many elements or more, where its facets are small enough.
+constexpr std::uint32_t fewest_deep_elements = 32;
+
 constexpr double mean_tolerance = 1e-7;
 
 // What the error needs.
@@ -93,8 +96,11 @@ class Gathering {
     return !widths_.empty() && options_.joins_facets() && options_.rays == 0;
   }
   void plan_first_rays();
+  void halve_cells_of(std::uint32_t element, std::vector<float>& widths) const;
+  bool take_widths(std::vector<float> widths);
   bool narrow(std::span<const float> biases, double bias);
   bool narrow_strips();
+  bool narrow_small_floors();
   bool narrow_after(const Round& round);
   void grow(double error);
   void look();
@@ -225,9 +231,24 @@ void Gathering::look() {
                            : std::make_shared<const View>(scarp::look(problems_, plan_, *view_));
 }
 
+// An element is narrowed as a whole.
+//
+// Shape: one width per facet.
+void Gathering::halve_cells_of(std::uint32_t element, std::vector<float>& widths) const {
+  for (const std::uint32_t p : elements_.pieces_of(element)) {
+    const std::uint32_t f = elements_.piece(p).facet;
+    widths[f] = std::max(widths_[f] / 2, narrowest_cell);
+  }
+}
+
+// Whether any cell is not as narrow as can be.
+bool Gathering::take_widths(std::vector<float> widths) {
+  std::swap(widths, widths_);
+  return widths != widths_;
+}
+
 // Halves the cells of the elements with the largest biases, all together so far that bias, what
-// these make, comes down to half of what may be left; whether any is not as narrow as can be. An
-// element is narrowed as a whole.
+// these make, comes down to half of what may be left.
 //
 // Shape: one bias per facet.
 bool Gathering::narrow(std::span<const float> biases, double bias) {
@@ -244,12 +265,8 @@ bool Gathering::narrow(std::span<const float> biases, double bias) {
   const double left = rest * square(0.5 * most_bias * options_.target_error / bias);
   std::vector<float> widths = widths_;
   for (std::size_t k = 0; k < order.size() && rest > left; rest -= squares[order[k++]])
-    for (const std::uint32_t p : elements_.pieces_of(order[k])) {
-      const std::uint32_t f = elements_.piece(p).facet;
-      widths[f] = std::max(widths_[f] / 2, narrowest_cell);
-    }
-  std::swap(widths, widths_);
-  return widths != widths_;
+    halve_cells_of(order[k], widths);
+  return take_widths(std::move(widths));
 }
 
 // Before any ray is sent: what makes a bias by itself, wherever flux arrives.
@@ -268,6 +285,21 @@ bool Gathering::narrow_strips() {
   return bias > most_bias * options_.target_error && narrow(biases, bias);
 }
 
+// Before any ray is sent: few rays find a strong source from deep down, and of what nine elements
+// find there errors follow that are a tenth too small.
+bool Gathering::narrow_small_floors() {
+  if (!is_graded()) return false;
+  std::vector<float> widths = widths_;
+  for (const RayPlan::Window& window : plan_.windows()) {
+    const std::uint32_t begin = window.front().begin;
+    const std::uint32_t end = window.back().end;
+    if (!window.front().aims_at_sky || end - begin >= fewest_deep_elements) continue;
+    for (std::uint32_t rank = begin; rank < end; ++rank)
+      halve_cells_of(plan_.element_at(rank), widths);
+  }
+  return take_widths(std::move(widths));
+}
+
 // Long before the error has come down to what their size leaves, that is as well known as later.
 bool Gathering::narrow_after(const Round& round) {
   constexpr double soon = 10;
@@ -279,6 +311,7 @@ bool Gathering::narrow_after(const Round& round) {
 std::optional<std::vector<FluxField>> Gathering::solve() {
   if (narrow_strips()) return std::nullopt;
   plan_first_rays();
+  if (narrow_small_floors()) return std::nullopt;
   for (bool is_first = true;; is_first = false) {
     look();
     const bool settles_at_once = settle_.update && (is_first || is_last_);

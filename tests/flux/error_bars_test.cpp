@@ -132,6 +132,48 @@ TEST(ErrorBarsOfFloors, AreTrueOfAFewElements) {
   exact::expect_true(exact::calibration_of(runs), "floor");
 }
 
+// A square shaft, six times as deep as wide; the facets of its floor come first.
+struct Shaft {
+  Shape shape;
+  std::size_t floor_facets = 0;
+};
+
+Shaft shaft(double width) {
+  constexpr double rim = 3;
+  const double half = width / 2;
+  const double depth = 6 * width;
+  const int across = static_cast<int>(width);
+  const int rows = static_cast<int>(depth);
+  exact::Builder builder;
+  builder.grid({-half, -half, -depth}, {width, 0, 0}, across, {0, width, 0}, across);
+  const std::size_t floor = builder.mesh.triangles.size();
+  builder.grid({-half, -half, 0}, {0, 0, -depth}, rows, {0, width, 0}, across);
+  builder.grid({half, half, 0}, {0, 0, -depth}, rows, {0, -width, 0}, across);
+  builder.grid({half, -half, 0}, {0, 0, -depth}, rows, {-width, 0, 0}, across);
+  builder.grid({-half, half, 0}, {0, 0, -depth}, rows, {width, 0, 0}, across);
+  builder.grid({-half - rim, -half - rim, 0}, {width + 2 * rim, 0, 0}, across, {0, rim, 0}, 2);
+  builder.grid({-half - rim, half, 0}, {width + 2 * rim, 0, 0}, across, {0, rim, 0}, 2);
+  builder.grid({-half - rim, -half, 0}, {rim, 0, 0}, 2, {0, width, 0}, across);
+  builder.grid({half, -half, 0}, {rim, 0, 0}, 2, {0, width, 0}, across);
+  return {{builder.mesh, {.lower = {-half - rim, -half - rim}, .upper = {half + rim, half + rim}}},
+          floor};
+}
+
+// In cells of four spacings four elements would make the floor.
+TEST(ErrorBarsOfFloors, AreTrueAtTheBottomOfAShaft) {
+  const Shaft deep = shaft(8);
+  std::vector<Stated> runs;
+  for (std::uint64_t seed = 1; seed <= 400; ++seed)
+    runs.push_back(exact::at_places(
+        exact::on_facets(flux_on(deep.shape, 0.3F,
+                                 {.engine = Engine::gather, .target_error = 0.02, .seed = seed})
+                             .arrivals()),
+        numbers_from(0, deep.floor_facets)));
+  const exact::Calibration found = exact::calibration_of(runs);
+  EXPECT_LT(found.deviation - 2 * found.deviation_error, 1.05);
+  exact::expect_true(found, "floor");
+}
+
 // A slab of a trench twice as deep as wide, in cells of one spacing.
 Shape thin_slab() {
   const Vec3d y{0, 2.4, 0};
