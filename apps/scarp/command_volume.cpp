@@ -54,12 +54,23 @@ void refuse_options_of_regions(const VolumeArguments& arguments) {
       "{}: only meshes of all materials in one have it; write -o NAME.msh or NAME.vtu", option));
 }
 
+/// Before anything is computed.
+void refuse_other_endings(const fs::path& output) {
+  for (const char* const ending : {".obj", ".ply", ".stl", ".vtp"})
+    if (output.extension() == ending) return;
+  throw InputError(fmt::format(
+      "{}: the ending does not name a mesh format; use .obj, .ply, .stl or .vtp for a file of each "
+      "material, or .msh, .smesh or .vtu for all materials in one mesh",
+      shown(output)));
+}
+
 }  // namespace
 
 ExitCode execute(const VolumeArguments& arguments, const CommonOptions& common) {
   if (holds_regions(arguments.output)) return write_regions(arguments, common);
   refuse_options_of_regions(arguments);
   SavedWafer wafer = read_wafer(newest_state(arguments.where));
+  refuse_other_endings(arguments.output);
   const Frame& frame = wafer.layers.frame;
   if (frame.is_around_axis()) wafer.layers = revolved(wafer.layers, frame.cells[0]);
   const std::vector<MaterialBody> bodies =

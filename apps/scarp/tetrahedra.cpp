@@ -6,6 +6,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
+#include <csignal>
 #include <cstring>
 #include <map>
 #include <optional>
@@ -20,6 +22,37 @@ namespace scarp {
 namespace {
 
 namespace fs = std::filesystem;
+
+// Of the program that fills the mesh; 0 while there is none.
+volatile std::sig_atomic_t running = 0;
+volatile std::sig_atomic_t interrupted_by = 0;
+
+void end_the_program(int signal) {
+  interrupted_by = signal;
+  if (running != 0) kill(running, SIGTERM);
+}
+
+/// While it exists an interrupt ends the program that runs, and this one afterwards: by then its
+/// temporary files are gone.
+class Interrupts {
+ public:
+  Interrupts() {
+    for (std::size_t k = 0; k < signals.size(); ++k) {
+      before_[k] = std::signal(signals[k], end_the_program);
+      if (before_[k] == SIG_IGN) std::signal(signals[k], SIG_IGN);
+    }
+  }
+  ~Interrupts() {
+    for (std::size_t k = 0; k < signals.size(); ++k) std::signal(signals[k], before_[k]);
+    if (interrupted_by != 0) std::raise(interrupted_by);
+  }
+  Interrupts(const Interrupts&) = delete;
+  Interrupts& operator=(const Interrupts&) = delete;
+
+ private:
+  static constexpr std::array<int, 3> signals{SIGINT, SIGTERM, SIGHUP};
+  std::array<void (*)(int), 3> before_{};
+};
 
 /// The exit code of a program that was found in PATH; nothing where there is none. What it prints
 /// goes to a file.
@@ -41,9 +74,12 @@ std::optional<int> run_program(const std::vector<std::string>& words, const fs::
   if (error == ENOENT) return std::nullopt;
   if (error != 0)
     throw NumericalError(fmt::format("{}: cannot be run: {}", words.front(), std::strerror(error)));
+  running = child;
+  if (interrupted_by != 0) kill(child, SIGTERM);
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
+  running = 0;
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
@@ -98,6 +134,7 @@ std::optional<ReadTets> filled_by_gmsh(const RegionMesh& mesh, const fs::path& f
 }  // namespace
 
 NamedMesh filled_by_program(const RegionMesh& mesh) {
+  const Interrupts interrupts;
   const TemporaryFolder folder;
   std::optional<ReadTets> read = filled_by_tetgen(mesh, folder);
   if (!read) read = filled_by_gmsh(mesh, folder);

@@ -146,6 +146,34 @@ TEST_F(LinedTrench, WithoutAProgramTheRemedyIsNamed) {
   EXPECT_FALSE(std::filesystem::exists(path("device.msh")));
 }
 
+// By an interrupt that only scarp gets, as from a queue of jobs.
+TEST_F(LinedTrench, AnInterruptEndsTheProgramThatFillsAndLeavesNothing) {
+  std::filesystem::create_directory(path("bin"));
+  std::filesystem::create_directory(path("temporary"));
+  write("bin/tetgen", "#!/bin/sh\necho $$ >" + path("pid.part") + "; mv " + path("pid.part") + ' ' +
+                          path("pid") + "\nexec sleep 300\n");
+  std::filesystem::permissions(path("bin/tetgen"), std::filesystem::perms::owner_all);
+  write("interrupted.sh",
+        "TMPDIR=" + path("temporary") + " PATH=" + path("bin") + ":$PATH " + SCARP_BINARY +
+            " volume " + path("run") + " --tetrahedra -o " + path("device.msh") + " &\n" +
+            "while [ ! -s " + path("pid") + " ]; do sleep 0.02; done\n" +
+            "kill -TERM $!; wait $!; echo ended by $(($? - 128))\n" + "kill -0 $(cat " +
+            path("pid") + ") && echo left alone\nls " + path("temporary") + '\n');
+  shell("timeout 60 sh " + path("interrupted.sh"));
+  EXPECT_THAT(read_file(path("printed.txt")), HasSubstr("ended by 15\n"));
+  EXPECT_THAT(read_file(path("printed.txt")), Not(HasSubstr("left alone")));
+  EXPECT_TRUE(std::filesystem::is_empty(path("temporary")));
+  EXPECT_FALSE(std::filesystem::exists(path("device.msh")));
+}
+
+TEST_F(LinedTrench, OtherEndingsAreRefusedWithAllThatAreKnown) {
+  const Outcome outcome = volume_of("device.step");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.messages,
+              HasSubstr("device.step: the ending does not name a mesh format; use .obj, .ply, .stl "
+                        "or .vtp for a file of each material, or .msh, .smesh or .vtu"));
+}
+
 TEST_F(LinedTrench, EitherProgramFillsTheRegions) {
   for (const std::string program : {"tetgen", "gmsh"}) {
     SCOPED_TRACE(program);
