@@ -127,9 +127,9 @@ TEST(RegionSurface, EdgesOfATrenchAreSharp) {
       {.spacing = 1, .cells = {30, 12}},
       std::vector<Shape>{WaferShape{}, TrenchShape{.width = 13.4, .cut = {.depth = 14.6}}});
   const std::vector<TriMesh> surfaces = layer_surfaces(layers);
-  const RegionQuality before = quality(region_surface(layers, {.bottom = -25}), surfaces, 1);
+  const RegionQuality before = quality(region_surface(layers, {.bottom = -25}), surfaces, 1, 4);
   const RegionMesh mesh = remeshed(layers, {.bottom = -25}, 4);
-  const RegionQuality after = quality(mesh, surfaces, 1);
+  const RegionQuality after = quality(mesh, surfaces, 1, 4);
   expect_sound(mesh, 1);
   expect_volumes_of(layers, mesh, 1e-3);
   EXPECT_GT(before.max_distance, 0.2);
@@ -152,7 +152,7 @@ class Regions : public ::testing::TestWithParam<Boundary> {
       double sum = 0;
       for (const double volume : region_volumes(mesh)) sum += volume;
       EXPECT_NEAR(sum, layers.frame.sides().area() * (20 - bottom), 1e-6 * sum);
-      const RegionQuality found = quality(mesh, layer_surfaces(layers), 1);
+      const RegionQuality found = quality(mesh, layer_surfaces(layers), 1, size);
       EXPECT_LE(found.max_distance, 0.75);
     }
   }
@@ -250,7 +250,7 @@ TEST(RegionSurface, ASectionIsFlat) {
     expect_volumes_of(layers, mesh, 0.005);
     const std::vector<double> areas = region_volumes(mesh);
     EXPECT_NEAR(areas[0] + areas[1] + areas[2], 40 * 50, 1e-9);
-    EXPECT_LE(quality(mesh, layer_surfaces(layers), 1).max_distance, 0.1);
+    EXPECT_LE(quality(mesh, layer_surfaces(layers), 1, size).max_distance, 0.1);
     for (const Vec3d& r : mesh.vertices) EXPECT_EQ(r.y, mesh.vertices.front().y);
   }
 }

@@ -57,7 +57,7 @@ TEST(Remesh, AFlatSheetBecomesCoarse) {
   const RegionMesh coarse = remesh(mesh, surfaces, {.spacing = 1, .size = 4, .max_distance = 0.05});
   EXPECT_LT(6 * coarse.facets.size(), mesh.facets.size());
   EXPECT_NEAR(area(coarse), 24 * 24, 1e-9);
-  const RegionQuality found = quality(coarse, surfaces, 1);
+  const RegionQuality found = quality(coarse, surfaces, 1, 4);
   EXPECT_LT(found.max_distance, 1e-9);
   EXPECT_EQ(found.thin_facets, 0U);
   EXPECT_GE(found.least_altitude, 0.3);
@@ -68,7 +68,7 @@ TEST(Remesh, AWaveKeepsItsDistance) {
   const std::vector<TriMesh> surfaces{surface_of(mesh)};
   const RegionMesh coarse = remesh(mesh, surfaces, {.spacing = 1, .size = 4, .max_distance = 0.05});
   EXPECT_LT(coarse.facets.size(), mesh.facets.size());
-  const RegionQuality found = quality(coarse, surfaces, 1);
+  const RegionQuality found = quality(coarse, surfaces, 1, 4);
   EXPECT_LE(found.max_distance, 0.1);
   EXPECT_LE(found.reverse_max_distance, 0.1);
 }
@@ -82,19 +82,19 @@ TEST(Remesh, VerticesMoveToAnEdge) {
   for (Vec3d& r : exact.vertices)
     if (r.x == 7) r = {edge, r.y, 5};
   const std::vector<TriMesh> surfaces{surface_of(exact)};
-  EXPECT_GT(quality(mesh, surfaces, 1).max_distance, 0.2);
+  EXPECT_GT(quality(mesh, surfaces, 1, 1).max_distance, 0.2);
   const RegionMesh sharp = remesh(mesh, surfaces, {.spacing = 1, .size = 1, .max_distance = 0.05});
-  EXPECT_LE(quality(sharp, surfaces, 1).max_distance, 0.05);
-  EXPECT_LE(quality(sharp, surfaces, 1).reverse_max_distance, 0.05);
+  EXPECT_LE(quality(sharp, surfaces, 1, 1).max_distance, 0.05);
+  EXPECT_LE(quality(sharp, surfaces, 1, 1).reverse_max_distance, 0.05);
 }
 
 TEST(Remesh, ANeedleGoes) {
   RegionMesh mesh = sheet(8, [](double, double) { return 0.0; });
   mesh.vertices[4 * 9 + 4] = {4.95, 4.02, 0};
   const std::vector<TriMesh> surfaces{surface_of(mesh)};
-  EXPECT_LT(quality(mesh, surfaces, 1).least_altitude, 0.1);
+  EXPECT_LT(quality(mesh, surfaces, 1, 1).least_altitude, 0.1);
   const RegionMesh good = remesh(mesh, surfaces, {.spacing = 1, .size = 1, .max_distance = 0.05});
-  EXPECT_GE(quality(good, surfaces, 1).least_altitude, 0.3);
+  EXPECT_GE(quality(good, surfaces, 1, 1).least_altitude, 0.3);
   EXPECT_NEAR(area(good), 64, 1e-9);
 }
 
