@@ -95,21 +95,26 @@ std::vector<RegionLine> lines_of(const RegionMesh& flat) {
 
 namespace {
 
-/// A facet on a side, or an edge there of a flat mesh: the number of its material, all gas alike,
-/// and its corners as they are seen along the axis.
-using SideElement = std::pair<int, std::vector<std::array<double, 2>>>;
+/// A facet on a side, or an edge there of a flat mesh: the number of its material, and its corners
+/// as they are seen along the axis.
+struct SideElement {
+  int material = RegionMesh::nothing;
+  std::vector<std::array<double, 2>> corners{};
+
+  auto operator<=>(const SideElement&) const = default;
+};
 
 std::vector<SideElement> elements_on(const RegionMesh& mesh, int side) {
-  const int across = 1 - side / 2;
+  const int across = side < 2 ? 1 : 0;
   std::vector<SideElement> elements;
   const auto add = [&](int body, std::span<const std::uint32_t> corners) {
     const int region = mesh.bodies[static_cast<std::size_t>(body)].region;
-    const bool is_material =
-        mesh.regions[static_cast<std::size_t>(region)].kind == MeshRegion::Kind::material;
-    SideElement element{is_material ? region : RegionMesh::nothing, {}};
+    SideElement element;
+    if (mesh.regions[static_cast<std::size_t>(region)].kind == MeshRegion::Kind::material)
+      element.material = region;
     for (const std::uint32_t v : corners)
-      element.second.push_back({mesh.is_flat ? 0 : mesh.vertices[v][across], mesh.vertices[v].z});
-    std::ranges::sort(element.second);
+      element.corners.push_back({mesh.is_flat ? 0 : mesh.vertices[v][across], mesh.vertices[v].z});
+    std::ranges::sort(element.corners);
     elements.push_back(std::move(element));
   };
   if (mesh.is_flat) {

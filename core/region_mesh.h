@@ -88,7 +88,7 @@ struct RegionLine {
 std::vector<RegionLine> lines_of(const RegionMesh& flat);
 
 /// Whether the lower and the upper side across x or y have the same facets, edges in a flat mesh,
-/// to the last bit, and the same materials behind them.
+/// to the last bit, and the same materials behind them. Gas and voids count as the same.
 bool sides_match(const RegionMesh& mesh, int axis);
 
 /// A place well inside of each body that is closed, for programs that fill closed surfaces.

@@ -46,6 +46,48 @@ double area(const CutVertices& vertices, const TetFace& face) {
       cross(vertices.position(face.sorted[1]) - a, vertices.position(face.sorted[2]) - a));
 }
 
+/// Of each vertex on a side across an axis the one at the same place of the opposite side.
+std::map<std::uint32_t, std::uint32_t> opposite_vertices(const CutVertices& vertices, int axis) {
+  const unsigned lower = 1U << static_cast<unsigned>(2 * axis);
+  std::map<std::pair<double, double>, std::uint32_t> at_lower;
+  const auto place = [&](std::uint32_t v) {
+    return std::pair(vertices.position(v)[1 - axis], vertices.position(v).z);
+  };
+  for (std::uint32_t v = 0; v < vertices.size(); ++v)
+    if ((vertices.sides(v) & lower) != 0) at_lower[place(v)] = v;
+  std::map<std::uint32_t, std::uint32_t> opposite;
+  for (std::uint32_t v = 0; v < vertices.size(); ++v) {
+    if ((vertices.sides(v) & 2 * lower) == 0) continue;
+    const auto found = at_lower.find(place(v));
+    if (found != at_lower.end()) opposite[v] = found->second;
+  }
+  return opposite;
+}
+
+/// Tetrahedra that share a face across periodic sides.
+std::vector<std::array<std::uint32_t, 2>> neighbours_across(const RegionLattice& lattice,
+                                                            const CutVertices& vertices,
+                                                            const std::vector<TetFace>& faces) {
+  std::vector<std::array<std::uint32_t, 2>> neighbours;
+  for (int axis = 0; axis < 2; ++axis) {
+    if (!lattice.is_periodic(axis)) continue;
+    const std::map<std::uint32_t, std::uint32_t> opposite = opposite_vertices(vertices, axis);
+    for (const TetFace& face : faces) {
+      TetFace other;
+      for (std::size_t n = 0; n < 3; ++n) {
+        const auto v = opposite.find(face.sorted[n]);
+        other.sorted[n] = v == opposite.end() ? RegionCells::none : v->second;
+      }
+      if (std::ranges::find(other.sorted, RegionCells::none) != other.sorted.end()) continue;
+      std::ranges::sort(other.sorted);
+      const auto found = std::ranges::lower_bound(faces, other.sorted, {}, &TetFace::sorted);
+      if (found != faces.end() && found->is_same(other))
+        neighbours.push_back({face.tet, found->tet});
+    }
+  }
+  return neighbours;
+}
+
 /// The bodies of one cut.
 class BodySearch {
  public:
@@ -53,13 +95,15 @@ class BodySearch {
       : lattice_(lattice),
         cells_(cells),
         faces_(sorted_faces(cells.tets)),
-        pieces_(cells.tets.size() + lattice.node_count()) {
+        across_(neighbours_across(lattice, cells.vertices, faces_)),
+        pieces_(0) {
     for (const Layer* layer : lattice.stack().layers)
       if (std::ranges::find(materials_, layer->material) == materials_.end())
         materials_.push_back(layer->material);
   }
 
   RegionBodies run(bool has_lid) {
+    match_sides();
     join_pieces();
     absorb_small_bodies();
     number_bodies();
@@ -88,7 +132,20 @@ class BodySearch {
       if (faces_[n].is_same(faces_[n + 1])) do_it(faces_[n], faces_[n + 1]);
   }
 
+  /// A face on a periodic side may lie in an interface, with one material behind it and another
+  /// one behind the same face of the opposite side: the smaller piece then becomes of that of the
+  /// larger one.
+  void match_sides() {
+    for (const auto& [t, other] : across_) {
+      CutTet& a = cells_.tets[t];
+      CutTet& b = cells_.tets[other];
+      const bool a_is_smaller = volume(cells_.vertices, a) < volume(cells_.vertices, b);
+      (a_is_smaller ? a : b).label = (a_is_smaller ? b : a).label;
+    }
+  }
+
   void join_pieces() {
+    pieces_ = DisjointSets(cells_.tets.size() + lattice_.node_count());
     for_each_pair([&](const TetFace& a, const TetFace& b) {
       if (region_of(cells_.tets[a.tet].label) == region_of(cells_.tets[b.tet].label))
         pieces_.join(a.tet, b.tet);
@@ -107,42 +164,43 @@ class BodySearch {
   }
 
   /// Volumes of bodies that are small and have no node within them, by their lowest pieces.
-  std::map<std::uint32_t, double> small_bodies() {
+  std::map<std::uint32_t, double> small_bodies(DisjointSets& pieces) const {
     std::map<std::uint32_t, double> small;
     for (std::uint32_t t = 0; t < cells_.tets.size(); ++t)
-      small[pieces_.lowest(t)] += volume(cells_.vertices, cells_.tets[t]);
+      small[pieces.lowest(t)] += volume(cells_.vertices, cells_.tets[t]);
     for (std::uint32_t v = 0; v < cells_.nodes.size(); ++v)
-      if (!cells_.is_moved[v]) small.erase(pieces_.lowest(piece(cells_.nodes[v])));
+      if (!cells_.is_moved[v]) small.erase(pieces.lowest(piece(cells_.nodes[v])));
     const double h = lattice_.frame().spacing;
     std::erase_if(small, [&](const auto& body) { return body.second > least_body * h * h * h; });
     return small;
   }
 
-  /// Small bodies become part of the one with which they share most of their surface.
+  /// Small bodies become part of the one with which they share most of their surface. Here bodies
+  /// go on across periodic sides, so that both sides stay alike.
   void absorb_small_bodies() {
-    const std::map<std::uint32_t, double> small = small_bodies();
+    DisjointSets pieces = pieces_;
+    for (const auto& [t, other] : across_) pieces.join(t, other);
+    const std::map<std::uint32_t, double> small = small_bodies(pieces);
     if (small.empty()) return;
     std::map<std::uint32_t, std::map<std::uint32_t, double>> shared;
     for_each_pair([&](const TetFace& face, const TetFace& other) {
-      const std::uint32_t a = pieces_.lowest(face.tet);
-      const std::uint32_t b = pieces_.lowest(other.tet);
+      const std::uint32_t a = pieces.lowest(face.tet);
+      const std::uint32_t b = pieces.lowest(other.tet);
       if (a == b) return;
       if (small.contains(a) && !small.contains(b)) shared[a][b] += area(cells_.vertices, face);
       if (small.contains(b) && !small.contains(a)) shared[b][a] += area(cells_.vertices, face);
     });
-    std::map<std::uint32_t, std::uint32_t> into;  // bodies to one of its pieces
-    for (const auto& [body, others] : shared)
-      into[body] = std::ranges::max_element(others, {}, [](const auto& other) {
-                     return other.second;
-                   })->first;
     std::map<std::uint32_t, int> label;
     for (std::uint32_t t = 0; t < cells_.tets.size(); ++t)
-      label.try_emplace(pieces_.lowest(t), cells_.tets[t].label);
+      label.try_emplace(pieces.lowest(t), cells_.tets[t].label);
     for (std::uint32_t t = 0; t < cells_.tets.size(); ++t) {
-      const auto found = into.find(pieces_.lowest(t));
-      if (found != into.end()) cells_.tets[t].label = label.at(found->second);
+      const auto around = shared.find(pieces.lowest(t));
+      if (around == shared.end()) continue;
+      const auto most = std::ranges::max_element(around->second, {},
+                                                 [](const auto& other) { return other.second; });
+      cells_.tets[t].label = label.at(most->first);
     }
-    for (const auto& [body, other] : into) pieces_.join(body, other);
+    join_pieces();
   }
 
   void number_bodies() {
@@ -186,6 +244,8 @@ class BodySearch {
   const RegionLattice& lattice_;
   RegionCells& cells_;
   std::vector<TetFace> faces_;
+  /// Tetrahedra that share a face across periodic sides.
+  std::vector<std::array<std::uint32_t, 2>> across_;
   DisjointSets pieces_;
   std::vector<MaterialId> materials_;
   std::map<std::uint32_t, int> numbers_;  ///< of bodies, by their lowest pieces

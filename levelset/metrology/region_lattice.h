@@ -34,6 +34,10 @@ class RegionLattice {
 
   const Frame& frame() const { return frame_; }
   const MeshedStack& stack() const { return stack_; }
+  bool is_periodic(int axis) const {
+    return frame_.varies_along(axis) &&
+           frame_.boundary[static_cast<std::size_t>(axis)] == Boundary::periodic;
+  }
 
   std::size_t node_count() const { return index({0, 0, nodes_[2]}); }
   std::size_t index(const Node& n) const {

@@ -39,9 +39,7 @@ class RegionFaces {
       mesh_.lower[static_cast<std::size_t>(axis)] = lattice_.position({0, 0, 0})[axis];
       mesh_.upper[static_cast<std::size_t>(axis)] = lattice_.position(lattice_.last_node())[axis];
     }
-    for (std::size_t axis = 0; axis < 2; ++axis)
-      mesh_.is_periodic[axis] = lattice_.frame().boundary[axis] == Boundary::periodic &&
-                                lattice_.frame().varies_along(static_cast<int>(axis));
+    mesh_.is_periodic = {lattice_.is_periodic(0), lattice_.is_periodic(1)};
     add_faces();
     add_uncut_sides();
     if (mesh_.is_flat) keep_front();

@@ -288,8 +288,8 @@ RegionComplex::Worst RegionComplex::worst_of(const std::vector<std::uint32_t>& f
 }
 
 bool RegionComplex::has_good_shape(const Change& change) const {
-  constexpr double good_altitude = 0.3;  // spacings
-  constexpr double good_shape = 0.2;
+  constexpr double good_altitude = 0.2;  // spacings
+  constexpr double good_shape = 0.15;
   constexpr double least_altitude_for_distance = 0.1;
   const Worst before = worst_of(change.removed);
   const double h = options_.spacing;

@@ -96,6 +96,10 @@ class RegionComplex {
   /// How far interfaces may be from their surfaces from now on.
   void allow_distance(double distance) { options_.max_distance = distance; }
 
+  /// How large facets become next: target sizes are not larger from now on, so that those of a mesh
+  /// that is still fine are not thin for their targets.
+  void limit_targets(double largest) { targets_.limit(largest); }
+
   RegionMesh mesh() const;
 
  private:

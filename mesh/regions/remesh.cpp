@@ -202,6 +202,7 @@ class Remesher {
 
   RegionMesh run() {
     const double h = options_.spacing;
+    complex_.limit_targets(h);
     constexpr int sharpening_rounds = 8;
     for (int round = 0; round < sharpening_rounds; ++round) {
       // Cuts of the long edges of tetrahedra lie beside curved surfaces: all on the same side.
@@ -214,6 +215,7 @@ class Remesher {
       smooth(complex_, poor_shape);
     }
     coarsen();
+    complex_.limit_targets(options_.size);
     constexpr int last_rounds = 6;
     for (int round = 0; round < last_rounds; ++round) {
       std::size_t changes = flip_edges(complex_, any_shape);
@@ -245,7 +247,9 @@ class Remesher {
     constexpr double growth = 1.4;
     constexpr double short_part = 0.7;
     for (double size = options_.spacing; size < options_.size; size *= growth) {
-      collapse_short_edges(complex_, short_part * std::min(size * growth, options_.size));
+      const double next = std::min(size * growth, options_.size);
+      complex_.limit_targets(next);
+      collapse_short_edges(complex_, short_part * next);
       flip_edges(complex_, any_shape);
       smooth(complex_, poor_shape);
     }

@@ -24,6 +24,8 @@ class SizeField {
   SizeField(std::span<const TriMesh> surfaces, double spacing, double size);
 
   double largest() const { return size_; }
+  /// No size is larger from now on.
+  void limit(double largest) { size_ = largest; }
   double at(const Vec3d& r) const;
   /// Of a facet: the least at its corners.
   double at(const std::array<Vec3d, 3>& corners) const;
