@@ -155,6 +155,7 @@ nlohmann::ordered_json json_of(const Written& written, const VolumeArguments& ar
                               {"least_altitude_nm", written.quality.least_altitude},
                               {"least_relative_altitude", written.quality.least_relative_altitude},
                               {"max_distance_nm", written.quality.max_distance},
+                              {"max_plain_distance_nm", written.quality.max_plain_distance},
                               {"regions", nlohmann::ordered_json::array()},
                               {"interfaces", nlohmann::ordered_json::array()},
                               {"warnings", written.warnings}};

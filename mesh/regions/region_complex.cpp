@@ -272,6 +272,8 @@ bool RegionComplex::fits(Change& change) const {
   const Fit after = fit_after(change, largest);
   return after.distance <= largest &&
          (after.cosine >= least_cosine || after.cosine >= before.cosine) &&
+         // What is too far away does not spread.
+         (after.distance <= options_.max_distance || after.total <= before.total) &&
          (!change.is_for_distance || after.total < nearer * before.total);
 }
 

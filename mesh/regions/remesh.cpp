@@ -283,13 +283,14 @@ RegionMesh remesh(const RegionMesh& mesh, std::span<const TriMesh> surfaces,
 RegionQuality quality(const RegionMesh& mesh, std::span<const TriMesh> surfaces, double spacing,
                       double size) {
   RegionQuality quality{.least_altitude = 1e300, .least_relative_altitude = 1e300};
-  const SizeField targets(surfaces, spacing, size);
+  const double plain = (1 + SizeField::growth) * spacing;
+  const SizeField targets(surfaces, spacing, std::max(size, plain));
   for (const RegionMesh::Facet& facet : mesh.facets) {
     const int region = mesh.bodies[static_cast<std::size_t>(facet.bodies[0])].region;
     if (mesh.is_flat && !mesh.regions[static_cast<std::size_t>(region)].is_meshed) continue;
     const std::array<Vec3d, 3> c = corners(mesh, facet);
     const double altitude = least_altitude(c);
-    const double part = altitude / targets.at(c);
+    const double part = altitude / std::min(size, targets.at(c));
     quality.least_altitude = std::min(quality.least_altitude, altitude);
     quality.least_relative_altitude = std::min(quality.least_relative_altitude, part);
     quality.thin_facets += part < thin_part ? 1 : 0;
@@ -298,7 +299,10 @@ RegionQuality quality(const RegionMesh& mesh, std::span<const TriMesh> surfaces,
   for (const TriMesh& surface : surfaces) trees.emplace_back(surface);
   const auto compare = [&](int layer, const Vec3d& r) {
     const ClosestPoint closest = trees[static_cast<std::size_t>(layer)].closest(r);
-    if (closest.found()) quality.max_distance = std::max(quality.max_distance, closest.distance);
+    if (!closest.found()) return;
+    quality.max_distance = std::max(quality.max_distance, closest.distance);
+    if (closest.distance > quality.max_plain_distance && targets.at(r) >= plain)
+      quality.max_plain_distance = closest.distance;
   };
   if (mesh.is_flat) {
     for (const RegionLine& line : lines_of(mesh)) {

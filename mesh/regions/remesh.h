@@ -45,7 +45,9 @@ struct RegionQuality {
   double least_altitude = 0;           ///< in nm
   double least_relative_altitude = 0;  ///< in parts of the target size of the facet
   std::size_t thin_facets = 0;
-  double max_distance = 0;          ///< from interfaces to the surfaces of their layers, in nm
+  double max_distance = 0;  ///< from interfaces to the surfaces of their layers, in nm
+  /// Likewise, of places a spacing or more away from detail: see SizeField.
+  double max_plain_distance = 0;
   double reverse_max_distance = 0;  ///< from vertices of the surfaces to interfaces, in nm
 };
 

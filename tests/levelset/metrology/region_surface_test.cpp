@@ -4,6 +4,7 @@
 
 #include <map>
 #include <numbers>
+#include <random>
 #include <set>
 
 #include "core/error.h"
@@ -153,7 +154,11 @@ class Regions : public ::testing::TestWithParam<Boundary> {
       for (const double volume : region_volumes(mesh)) sum += volume;
       EXPECT_NEAR(sum, layers.frame.sides().area() * (20 - bottom), 1e-6 * sum);
       const RegionQuality found = quality(mesh, layer_surfaces(layers), 1, size);
-      EXPECT_LE(found.max_distance, 0.75);
+      EXPECT_EQ(found.thin_facets, 0U) << found.least_relative_altitude;
+      EXPECT_LE(found.max_distance, 0.55);
+      EXPECT_LE(found.max_plain_distance, 0.1);
+      for (int axis = 0; axis < 2; ++axis)
+        if (mesh.is_periodic[static_cast<std::size_t>(axis)]) EXPECT_TRUE(sides_match(mesh, axis));
     }
   }
 };
@@ -212,6 +217,62 @@ TEST_P(Regions, FilmsThatEndWhereTheyWereEtchedThrough) {
   expect_mesh_of(layers);
   // The two films of one material are one region.
   EXPECT_EQ(region_surface(layers, {.bottom = bottom}).regions.size(), 4U);
+}
+
+/// Some films, features cut into them or put onto them, and films over all of that.
+Layers random_stack(const Frame& frame, std::uint64_t seed) {
+  std::mt19937_64 engine(seed);
+  const auto below = [&](int count) {
+    return static_cast<int>(engine() % static_cast<std::uint64_t>(count));
+  };
+  const auto between = [&](int lower, int upper) {
+    return lower + below(64 * (upper - lower) + 1) / 64.0;
+  };
+  const auto material = [&] { return static_cast<MaterialId>(1 + below(3)); };
+  std::vector<Shape> shapes{WaferShape{}};
+  for (int films = below(3); films > 0; --films)
+    shapes.emplace_back(LayerShape{.material = material(), .thickness = between(1, 5)});
+  const double x = between(-8, 8);
+  const double y = between(-4, 4);
+  const Cut cut{.depth = between(3, 12), .taper = between(-1, 1) / 6};
+  switch (below(3)) {
+    case 0:
+      shapes.emplace_back(TrenchShape{.width = between(4, 12), .centre = x, .cut = cut});
+      break;
+    case 1:
+      shapes.emplace_back(HoleShape{.radius = between(3, 7), .centre = {x, y}, .cut = cut});
+      break;
+    default:
+      shapes.emplace_back(
+          MaskShape{.material = material(),
+                    .thickness = between(2, 8),
+                    .outlines = MaskShape::Outlines::resist,
+                    .outline = CircleOutline{.radius = between(3, 7), .centre = {x, y}}});
+  }
+  Layers layers = build_layers(frame, shapes);
+  for (int films = 1 + below(2); films > 0; --films) {
+    add_layer(layers, static_cast<MaterialId>(1 + below(4)));
+    coat(layers, between(0, 3) + 0.25);
+    if (below(3) == 0) planarise(layers, between(0, 3));
+  }
+  return layers;
+}
+
+TEST_P(Regions, RandomStacks) {
+  const Frame small{.spacing = 1, .cells = {24, 14}, .boundary = {GetParam(), GetParam()}};
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    SCOPED_TRACE(seed);
+    const Layers layers = random_stack(small, seed);
+    const RegionMesh mesh = remeshed(layers, {.bottom = -30}, 4);
+    expect_sound(mesh, 1);
+    const RegionQuality found = quality(mesh, layer_surfaces(layers), 1, 4);
+    EXPECT_EQ(found.thin_facets, 0U) << found.least_relative_altitude;
+    EXPECT_LE(found.max_distance, 0.55);
+    EXPECT_LE(found.max_plain_distance, 0.1);
+    for (int axis = 0; axis < 2; ++axis)
+      EXPECT_EQ(mesh.is_periodic[static_cast<std::size_t>(axis)] && sides_match(mesh, axis),
+                GetParam() == Boundary::periodic);
+  }
 }
 
 // Where the lining begins the surfaces of four layers lie within a few thousandths of a spacing.
