@@ -32,6 +32,9 @@ inline constexpr double largest_repair = 0.25;
 /// where bodies meet on these, corners stay. Where the surface of a layer has an edge or a corner,
 /// vertices move there and edges along it.
 ///
+/// Opposite periodic sides that have the same facets keep that: what happens to a vertex there
+/// happens to its image.
+///
 /// Shape:  surfaces has one mesh for each layer; empty ones have no interface.
 /// Cost:   about 50 us per facet. One thread.
 /// Source: the conditions under which a collapse leaves the topology alone: Dey, Edelsbrunner,

@@ -7,6 +7,7 @@
 
 #include "mesh/files/region_file.h"
 #include "tests/apps/program.h"
+#include "tests/apps/recipe_text.h"
 
 namespace scarp {
 namespace {
@@ -76,27 +77,10 @@ class RegionVolume : public Program {
   }
 };
 
-constexpr const char* coated_trench = R"(
-[domain]
-spacing = "10 nm"
-extent = ["400 nm", "100 nm"]
-[[geometry]]
-shape = "wafer"
-material = "Si"
-[[geometry]]
-shape = "trench"
-width = "200 nm"
-depth = "300 nm"
-[[step]]
-model = "conformal"
-material = "SiO2"
-thickness = "25 nm"
-)";
-
 class LinedTrench : public RegionVolume {
  protected:
   void SetUp() override {
-    write("trench.toml", coated_trench);
+    write("trench.toml", lined_trench);
     run(path("trench.toml"));
   }
 };
@@ -188,7 +172,7 @@ TEST_F(LinedTrench, WhatCannotBeIsRefusedWithTheRemedy) {
 }
 
 TEST_F(RegionVolume, ASectionIsFlatAndRefusesTetrahedra) {
-  write("trench.toml", coated_trench);
+  write("trench.toml", lined_trench);
   run(path("trench.toml") + " --set domain.mode='\"2d\"' --set domain.extent='[\"400 nm\"]'");
   const Outcome outcome = volume_of("device.msh", "--bottom '-500 nm'");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.messages;
