@@ -290,7 +290,7 @@ RegionQuality quality(const RegionMesh& mesh, std::span<const TriMesh> surfaces,
     if (mesh.is_flat && !mesh.regions[static_cast<std::size_t>(region)].is_meshed) continue;
     const std::array<Vec3d, 3> c = corners(mesh, facet);
     const double altitude = least_altitude(c);
-    const double part = altitude / std::min(size, targets.at(c));
+    const double part = altitude / std::min(size, targets.of_facet(c));
     quality.least_altitude = std::min(quality.least_altitude, altitude);
     quality.least_relative_altitude = std::min(quality.least_relative_altitude, part);
     quality.thin_facets += part < thin_part ? 1 : 0;

@@ -82,7 +82,7 @@ double SizeField::at(const Vec3d& r) const {
   return closest.found() ? std::min(size_, spacing_ + growth * closest.distance) : size_;
 }
 
-double SizeField::at(const std::array<Vec3d, 3>& corners) const {
+double SizeField::of_facet(const std::array<Vec3d, 3>& corners) const {
   return std::min({at(corners[0]), at(corners[1]), at(corners[2])});
 }
 
@@ -90,7 +90,7 @@ double relative_altitude(const std::array<Vec3d, 3>& corners, const SizeField& t
                          double enough) {
   const double altitude = least_altitude(corners);
   if (altitude >= enough * targets.largest()) return enough;
-  return std::min(enough, altitude / targets.at(corners));
+  return std::min(enough, altitude / targets.of_facet(corners));
 }
 
 }  // namespace scarp

@@ -27,8 +27,8 @@ class SizeField {
   /// No size is larger from now on.
   void limit(double largest) { size_ = largest; }
   double at(const Vec3d& r) const;
-  /// Of a facet: the least at its corners.
-  double at(const std::array<Vec3d, 3>& corners) const;
+  /// The least at its corners.
+  double of_facet(const std::array<Vec3d, 3>& corners) const;
 
  private:
   double spacing_ = 0;

@@ -37,7 +37,7 @@ TEST(SizeField, GrowsFromAnEdge) {
   for (const double distance : {0.0, 1.0, 3.0, 5.9})
     EXPECT_NEAR(field.at({10, 10.3, 10 - distance}), 1 + SizeField::growth * distance, 1e-6);
   EXPECT_EQ(field.at({10, 10.3, 3.9}), 4);
-  EXPECT_NEAR(field.at({Vec3d{10, 5, 10 - 2}, Vec3d{10, 5, 10 - 4}, Vec3d{10, 8, 10 - 3}}), 2,
+  EXPECT_NEAR(field.of_facet({Vec3d{10, 5, 10 - 2}, Vec3d{10, 5, 10 - 4}, Vec3d{10, 8, 10 - 3}}), 2,
               1e-6);
 }
 
