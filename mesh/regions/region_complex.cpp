@@ -264,16 +264,26 @@ RegionComplex::Fit RegionComplex::fit_after(Change& change, double largest) cons
   return fit;
 }
 
+double RegionComplex::allowed_distance(const Change& change) const {
+  if (distance_at_detail_ <= options_.max_distance) return options_.max_distance;
+  const double plain = (1 + SizeField::growth) * options_.spacing;
+  for (const RegionMesh::Facet& facet : change.added)
+    for (const Vec3d& r : corners_in(change, facet))
+      if (targets_.at(r) >= plain) return options_.max_distance;
+  return distance_at_detail_;
+}
+
 bool RegionComplex::fits(Change& change) const {
   const double least_cosine = change.is_for_distance ? 0 : 0.5;
   constexpr double nearer = 0.98;
   const Fit before = fit_before(change);
-  const double largest = std::max(before.distance, options_.max_distance);
+  const double allowed = allowed_distance(change);
+  const double largest = std::max(before.distance, allowed);
   const Fit after = fit_after(change, largest);
   return after.distance <= largest &&
          (after.cosine >= least_cosine || after.cosine >= before.cosine) &&
          // What is too far away does not spread.
-         (after.distance <= options_.max_distance || after.total <= before.total) &&
+         (after.distance <= allowed || after.total <= before.total) &&
          (!change.is_for_distance || after.total < nearer * before.total);
 }
 

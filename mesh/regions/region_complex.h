@@ -93,8 +93,8 @@ class RegionComplex {
   /// The kept vertex moves, and the narrowest wedge has to become wider.
   bool widen_wedge(std::uint32_t removed, std::uint32_t kept, const Vec3d& r);
 
-  /// How far interfaces may be from their surfaces from now on.
-  void allow_distance(double distance) { options_.max_distance = distance; }
+  /// How far interfaces may be from their surfaces within a spacing of detail, from now on.
+  void allow_distance_at_detail(double distance) { distance_at_detail_ = distance; }
 
   /// How large facets become next: target sizes are not larger from now on, so that those of a mesh
   /// that is still fine are not thin for their targets.
@@ -166,6 +166,7 @@ class RegionComplex {
   Fit fit_after(Change& change, double largest) const;
   Fit flat_fit(const std::vector<RegionMesh::Facet>& facets, const Change* change) const;
   bool fits(Change& change) const;
+  double allowed_distance(const Change& change) const;
   bool has_good_shape(const Change& change) const;
   bool collides(const Change& change) const;
   bool try_change(Change& change);
@@ -183,6 +184,7 @@ class RegionComplex {
 
   RegionMesh frame_;  ///< without facets and vertices
   RemeshOptions options_;
+  double distance_at_detail_ = 0;
   SizeField targets_;
   SideImages images_;
   std::vector<TriangleTree> trees_;

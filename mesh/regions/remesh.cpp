@@ -235,8 +235,8 @@ class Remesher {
     constexpr double thin_shape = 0.1;
     constexpr int rounds = 4;
     for (int round = 1; round <= rounds; ++round) {
-      complex_.allow_distance(options_.max_distance +
-                              (largest_repair * h - options_.max_distance) * round / rounds);
+      complex_.allow_distance_at_detail(
+          options_.max_distance + (largest_repair * h - options_.max_distance) * round / rounds);
       collapse_thin_facets(complex_, 0, nearly_thin, thin_shape);
       flip_edges(complex_, thin_shape);
       smooth(complex_, thin_shape);
