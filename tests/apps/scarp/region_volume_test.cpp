@@ -259,7 +259,7 @@ TEST_P(MeshedConfigs, GmshAndTetgenFillThem) {
   for (const auto& region : json["regions"]) bodies.push_back(region["name"]);
   EXPECT_GE(json["least_relative_altitude"], 0.1);
   EXPECT_LE(json["max_distance_nm"], 0.55 * config.spacing);
-  EXPECT_LE(json["max_plain_distance_nm"], 0.2 * config.spacing);
+  EXPECT_LE(json["max_plain_distance_nm"], 0.1 * config.spacing);
 
   ASSERT_EQ(shell("gmsh -3 " + path("device.msh") + " -o " + path("filled.msh")), 0);
   EXPECT_THAT(read_file(path("printed.txt")), Not(HasSubstr("Error")));
