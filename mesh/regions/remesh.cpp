@@ -237,7 +237,8 @@ class Remesher {
     for (int round = 1; round <= rounds; ++round) {
       complex_.allow_distance_at_detail(
           options_.max_distance + (largest_repair * h - options_.max_distance) * round / rounds);
-      collapse_thin_facets(complex_, 0, nearly_thin, thin_shape);
+      collapse_thin_facets(complex_, 0, nearly_thin, 0);
+      complex_.allow_distance_at_detail(0);
       flip_edges(complex_, thin_shape);
       smooth(complex_, thin_shape);
     }
