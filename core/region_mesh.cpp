@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <span>
+#include <utility>
 
 namespace scarp {
 
@@ -89,6 +91,47 @@ std::vector<RegionLine> lines_of(const RegionMesh& flat) {
     }
   }
   return lines;
+}
+
+namespace {
+
+/// A facet on a side, or an edge there of a flat mesh: the number of its material, and its corners
+/// as they are seen along the axis.
+struct SideElement {
+  int material = RegionMesh::nothing;
+  std::vector<std::array<double, 2>> corners{};
+
+  auto operator<=>(const SideElement&) const = default;
+};
+
+std::vector<SideElement> elements_on(const RegionMesh& mesh, int side) {
+  const int across = side < 2 ? 1 : 0;
+  std::vector<SideElement> elements;
+  const auto add = [&](int body, std::span<const std::uint32_t> corners) {
+    const int region = mesh.bodies[static_cast<std::size_t>(body)].region;
+    SideElement element;
+    if (mesh.regions[static_cast<std::size_t>(region)].kind == MeshRegion::Kind::material)
+      element.material = region;
+    for (const std::uint32_t v : corners)
+      element.corners.push_back({mesh.is_flat ? 0 : mesh.vertices[v][across], mesh.vertices[v].z});
+    std::ranges::sort(element.corners);
+    elements.push_back(std::move(element));
+  };
+  if (mesh.is_flat) {
+    for (const RegionLine& line : lines_of(mesh))
+      if (line.side == side) add(line.bodies[0], line.ends);
+  } else {
+    for (const RegionMesh::Facet& facet : mesh.facets)
+      if (facet.side == side) add(facet.bodies[0], facet.corners);
+  }
+  std::ranges::sort(elements);
+  return elements;
+}
+
+}  // namespace
+
+bool sides_match(const RegionMesh& mesh, int axis) {
+  return elements_on(mesh, 2 * axis) == elements_on(mesh, 2 * axis + 1);
 }
 
 namespace {

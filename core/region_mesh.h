@@ -59,6 +59,7 @@ struct RegionMesh {
   std::vector<MeshRegion> regions;
   std::array<double, 3> lower{};  ///< of the domain; y is none of a flat mesh
   std::array<double, 3> upper{};
+  std::array<bool, 2> is_periodic{};  ///< along x and y
 };
 
 /// The height of a triangle above its longest edge: the smallest of the three.
@@ -85,6 +86,10 @@ struct RegionLine {
 
 /// In the order of the facets.
 std::vector<RegionLine> lines_of(const RegionMesh& flat);
+
+/// Whether the lower and the upper side across x or y have the same facets, edges in a flat mesh,
+/// to the last bit, and the same materials behind them. Gas and voids count as the same.
+bool sides_match(const RegionMesh& mesh, int axis);
 
 /// A place well inside of each body that is closed, for programs that fill closed surfaces.
 ///

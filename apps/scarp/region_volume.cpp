@@ -123,9 +123,16 @@ std::vector<std::string> warnings_of(const Written& written, const Layers& layer
         thinnest_meshed_film));
   }
   if (written.quality.thin_facets > 0) {
-    warnings.push_back(
-        fmt::format("{} facets have an altitude below {:.4g} nm, the least {:.3g} nm",
-                    written.quality.thin_facets, thin_part * h, written.quality.least_altitude));
+    warnings.push_back(fmt::format(
+        "{} facets have an altitude below {:g} of their target size; the least is {:.2g} of it",
+        written.quality.thin_facets, thin_part, written.quality.least_relative_altitude));
+  }
+  for (int axis = 0; axis < 2; ++axis) {
+    if (written.mesh.is_periodic[static_cast<std::size_t>(axis)] &&
+        !sides_match(written.mesh, axis))
+      warnings.push_back(fmt::format(
+          "the facets on {0}_min and {0}_max do not match, though the sides are periodic",
+          axis == 0 ? 'x' : 'y'));
   }
   return warnings;
 }
@@ -146,7 +153,9 @@ nlohmann::ordered_json json_of(const Written& written, const VolumeArguments& ar
                               {"facets", count_of(written.named, 2)},
                               {"tetrahedra", count_of(written.named, 3)},
                               {"least_altitude_nm", written.quality.least_altitude},
+                              {"least_relative_altitude", written.quality.least_relative_altitude},
                               {"max_distance_nm", written.quality.max_distance},
+                              {"max_plain_distance_nm", written.quality.max_plain_distance},
                               {"regions", nlohmann::ordered_json::array()},
                               {"interfaces", nlohmann::ordered_json::array()},
                               {"warnings", written.warnings}};
@@ -224,7 +233,7 @@ ExitCode write_regions(const VolumeArguments& arguments, const CommonOptions& co
                   : region.kind == MeshRegion::Kind::gas    ? "gas"
                                                             : "void";
   }
-  written.quality = quality(written.mesh, surfaces, h);
+  written.quality = quality(written.mesh, surfaces, h, size);
   written.volumes = volumes_of(written.mesh, layers.frame);
   written.warnings = warnings_of(written, layers);
   for (const std::string& warning : written.warnings) std::cerr << "warning: " << warning << '\n';

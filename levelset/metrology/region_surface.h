@@ -23,6 +23,8 @@ inline constexpr double thinnest_meshed_film = 0.1;
 /// off fits what it is cut off from. Nodes of the grid near a surface are moved onto it before, so
 /// that no piece is thin. Edges finer than a cell are cut off: RegionRemesher brings them back.
 ///
+/// Opposite periodic sides have the same facets, but for some that lie in interfaces.
+///
 /// Of a section the mesh is flat and fills the regions; of one around an axis it is the half from
 /// the axis on. Pieces smaller than a fifth of a cell count as what surrounds them.
 ///

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 namespace scarp {
@@ -17,10 +18,11 @@ struct Prism {
   std::array<std::uint32_t, 3> b{};
 };
 
-/// Quadrilaterals are cut from their lowest vertex, so that the prism beyond is cut alike.
-void split(Prism prism, std::vector<Tet>& tets) {
-  const std::uint32_t lowest =
-      std::min(*std::ranges::min_element(prism.a), *std::ranges::min_element(prism.b));
+/// Quadrilaterals are cut from their first vertex, so that the prism beyond is cut alike.
+void split(Prism prism, const CutVertices& vertices, std::vector<Tet>& tets) {
+  const auto is_before = [&](std::uint32_t a, std::uint32_t b) { return vertices.is_before(a, b); };
+  const std::uint32_t lowest = std::min(*std::ranges::min_element(prism.a, is_before),
+                                        *std::ranges::min_element(prism.b, is_before), is_before);
   if (std::ranges::find(prism.a, lowest) == prism.a.end()) {
     // Turned over; volumes stay positive.
     prism = {{prism.b[0], prism.b[2], prism.b[1]}, {prism.a[0], prism.a[2], prism.a[1]}};
@@ -38,7 +40,7 @@ void split(Prism prism, std::vector<Tet>& tets) {
     tets.push_back(tet);
   };
   add({a1, b1, b2, b3});
-  if (std::min(a2, b3) < std::min(a3, b2)) {
+  if (is_before(std::min(a2, b3, is_before), std::min(a3, b2, is_before))) {
     add({a1, a2, a3, b3});
     add({a1, a2, b3, b2});
   } else {
@@ -71,7 +73,7 @@ void cut_off_first(const Tet& t, int surface, CutVertices& vertices, std::vector
                                                        : vertices.between(t[0], t[n + 1], surface);
   }
   first.push_back({t[0], rest.a[0], rest.a[1], rest.a[2]});
-  split(rest, others);
+  split(rest, vertices, others);
 }
 
 /// Cuts between the first two vertices and the last two.
@@ -84,8 +86,8 @@ void cut_in_the_middle(const Tet& t, int surface, CutVertices& vertices, std::ve
   const std::uint32_t c03 = cut(0, 3);
   const std::uint32_t c12 = cut(1, 2);
   const std::uint32_t c13 = cut(1, 3);
-  split({{t[0], c02, c03}, {t[1], c12, c13}}, first);
-  split({{t[2], c02, c12}, {t[3], c03, c13}}, last);
+  split({{t[0], c02, c03}, {t[1], c12, c13}}, vertices, first);
+  split({{t[2], c02, c12}, {t[3], c03, c13}}, vertices, last);
 }
 
 /// Cuts by one surface.
@@ -144,8 +146,14 @@ std::uint32_t CutVertices::add(const Vec3d& r, std::uint8_t sides, const double*
   return v;
 }
 
+bool CutVertices::is_before(std::uint32_t a, std::uint32_t b) const {
+  const Vec3d& p = positions_[a];
+  const Vec3d& q = positions_[b];
+  return std::tie(p.z, p.y, p.x, a) < std::tie(q.z, q.y, q.x, b);
+}
+
 std::uint32_t CutVertices::between(std::uint32_t a, std::uint32_t b, int surface) {
-  if (a > b) std::swap(a, b);
+  if (is_before(b, a)) std::swap(a, b);
   const std::uint64_t key = (std::uint64_t{a} << 32U) | b;
   const auto [place, is_new] =
       cuts_[static_cast<std::size_t>(surface)].try_emplace(key, static_cast<std::uint32_t>(size()));

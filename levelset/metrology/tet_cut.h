@@ -24,6 +24,10 @@ class CutVertices {
   /// asks. Of the sides of the domain it lies on those that both ends do.
   std::uint32_t between(std::uint32_t a, std::uint32_t b, int surface);
 
+  /// An order of places that shifts along x and y leave as it is: on opposite periodic sides
+  /// everything is cut alike.
+  bool is_before(std::uint32_t a, std::uint32_t b) const;
+
   int surface_count() const { return surface_count_; }
   std::size_t size() const { return positions_.size(); }
   const Vec3d& position(std::uint32_t v) const { return positions_[v]; }

@@ -42,8 +42,11 @@ RegionComplex::RegionComplex(const RegionMesh& mesh, std::span<const TriMesh> su
              .bodies = mesh.bodies,
              .regions = mesh.regions,
              .lower = mesh.lower,
-             .upper = mesh.upper},
+             .upper = mesh.upper,
+             .is_periodic = mesh.is_periodic},
       options_(options),
+      targets_(surfaces, options.spacing, options.size),
+      images_(mesh),
       positions_(mesh.vertices),
       facets_(mesh.facets),
       is_alive_(mesh.facets.size(), true),
@@ -107,6 +110,15 @@ std::vector<Spoke> RegionComplex::spokes(std::uint32_t v) const {
 }
 
 VertexPlace RegionComplex::place(std::uint32_t v, const std::vector<Spoke>& spokes) const {
+  VertexPlace place = own_place(v, spokes);
+  for (unsigned n = 1; n < images_.count(v); ++n) {
+    const std::uint32_t image = images_.image(v, n);
+    place = std::max(place, own_place(image, this->spokes(image)));
+  }
+  return place;
+}
+
+VertexPlace RegionComplex::own_place(std::uint32_t v, const std::vector<Spoke>& spokes) const {
   std::vector<std::uint32_t> feature_degrees;
   for (const Spoke& spoke : spokes)
     if (spoke.is_feature) feature_degrees.push_back(spoke.facet_count);
@@ -252,27 +264,46 @@ RegionComplex::Fit RegionComplex::fit_after(Change& change, double largest) cons
   return fit;
 }
 
+double RegionComplex::allowed_distance(const Change& change) const {
+  if (distance_at_detail_ <= options_.max_distance) return options_.max_distance;
+  const double plain = (1 + SizeField::growth) * options_.spacing;
+  for (const RegionMesh::Facet& facet : change.added)
+    for (const Vec3d& r : corners_in(change, facet))
+      if (targets_.at(r) >= plain) return options_.max_distance;
+  return distance_at_detail_;
+}
+
 bool RegionComplex::fits(Change& change) const {
   const double least_cosine = change.is_for_distance ? 0 : 0.5;
   constexpr double nearer = 0.98;
   const Fit before = fit_before(change);
-  const double largest = std::max(before.distance, options_.max_distance);
+  const double allowed = allowed_distance(change);
+  const double largest = std::max(before.distance, allowed);
   const Fit after = fit_after(change, largest);
   return after.distance <= largest &&
          (after.cosine >= least_cosine || after.cosine >= before.cosine) &&
+         // What is too far away does not spread.
+         (after.distance <= allowed || after.total <= before.total) &&
          (!change.is_for_distance || after.total < nearer * before.total);
 }
 
-bool RegionComplex::has_good_shape(const Change& change) const {
-  constexpr double good_altitude = 0.3;  // spacings
-  constexpr double good_shape = 0.25;
-  constexpr double least_altitude_for_distance = 0.1;
-  Worst before;
-  for (const std::uint32_t f : change.removed) {
+RegionComplex::Worst RegionComplex::worst_of(const std::vector<std::uint32_t>& facets) const {
+  Worst worst;
+  for (const std::uint32_t f : facets) {
     const std::array<Vec3d, 3> c = corners_of(f);
-    before.altitude = std::min(before.altitude, least_altitude(c));
-    before.shape = std::min(before.shape, shape_of(c));
+    worst.altitude = std::min(worst.altitude, least_altitude(c));
+    worst.relative_altitude =
+        std::min(worst.relative_altitude, relative_altitude(c, targets_, thin_part));
+    worst.shape = std::min(worst.shape, shape_of(c));
   }
+  return worst;
+}
+
+bool RegionComplex::has_good_shape(const Change& change) const {
+  constexpr double good_altitude = 0.2;  // spacings
+  constexpr double good_shape = 0.15;
+  constexpr double least_altitude_for_distance = 0.1;
+  const Worst before = worst_of(change.removed);
   const double h = options_.spacing;
   double altitude = std::min(good_altitude * h, before.altitude);
   double shape = std::min(good_shape, before.shape);
@@ -284,7 +315,8 @@ bool RegionComplex::has_good_shape(const Change& change) const {
   return std::ranges::all_of(change.added, [&](const RegionMesh::Facet& facet) {
     const std::array<Vec3d, 3> c = corners_in(change, facet);
     return faces_right(facet, c) && least_altitude(c) >= altitude && least_altitude(c) > 0 &&
-           shape_of(c) >= shape;
+           shape_of(c) >= shape &&
+           relative_altitude(c, targets_, thin_part) >= before.relative_altitude;
   });
 }
 
@@ -334,10 +366,9 @@ void RegionComplex::apply(const Change& change) {
     unlink(f);
     is_alive_[f] = false;
   }
-  if (change.vertex != none) {
-    before_.vertex = change.vertex;
-    before_.r = positions_[change.vertex];
-    positions_[change.vertex] = change.r;
+  for (const auto& [v, r] : change.moved) {
+    before_.moved.push_back({v, positions_[v]});
+    positions_[v] = r;
   }
   for (std::size_t n = 0; n < change.added.size(); ++n) {
     const std::uint32_t f = change.removed[n];
@@ -351,7 +382,7 @@ void RegionComplex::apply(const Change& change) {
 void RegionComplex::take_back() {
   for (const std::uint32_t f : before_.facets)
     if (is_alive_[f]) unlink(f);
-  if (before_.vertex != none) positions_[before_.vertex] = before_.r;
+  for (const auto& [v, r] : before_.moved) positions_[v] = r;
   for (std::size_t n = 0; n < before_.facets.size(); ++n) {
     const std::uint32_t f = before_.facets[n];
     facets_[f] = before_.removed[n];
@@ -361,27 +392,26 @@ void RegionComplex::take_back() {
   }
 }
 
-std::optional<RegionComplex::Change> RegionComplex::collapsed(std::uint32_t removed,
-                                                              std::uint32_t kept) const {
-  if ((sides_[removed] & ~sides_[kept]) != 0) return std::nullopt;
+bool RegionComplex::add_collapse(std::uint32_t removed, std::uint32_t kept, Change& change) const {
+  if (kept == none || (sides_[removed] & ~sides_[kept]) != 0) return false;
   const std::vector<Spoke> around = spokes(removed);
-  const VertexPlace where = place(removed, around);
-  if (where == VertexPlace::corner) return std::nullopt;
+  const VertexPlace where = own_place(removed, around);
+  if (where == VertexPlace::corner) return false;
   const auto edge = std::ranges::find(around, kept, &Spoke::other);
-  if (edge == around.end() || (where == VertexPlace::curve && !edge->is_feature))
-    return std::nullopt;
+  if (edge == around.end() || (where == VertexPlace::curve && !edge->is_feature)) return false;
   // What both are next to may only be the facets between them.
   const std::vector<Spoke> beyond = spokes(kept);
   std::vector<std::uint32_t> common;
   for (const Spoke& spoke : around) {
     const auto other = std::ranges::lower_bound(beyond, spoke.other, {}, &Spoke::other);
     if (other == beyond.end() || other->other != spoke.other) continue;
-    if (where == VertexPlace::curve && spoke.is_feature && other->is_feature) return std::nullopt;
+    if (where == VertexPlace::curve && spoke.is_feature && other->is_feature) return false;
     common.push_back(spoke.other);
   }
-  if (common.size() != edge->facet_count) return std::nullopt;
-  Change change{.removed = stars_[removed], .added = {}, .r = {}};
+  if (common.size() != edge->facet_count) return false;
   for (const std::uint32_t f : stars_[removed]) {
+    if (std::ranges::find(change.removed, f) != change.removed.end()) return false;
+    change.removed.push_back(f);
     RegionMesh::Facet facet = facets_[f];
     if (has(facet.corners, kept)) continue;
     int of_common = 0;
@@ -389,9 +419,41 @@ std::optional<RegionComplex::Change> RegionComplex::collapsed(std::uint32_t remo
       of_common += std::ranges::find(common, v) != common.end() ? 1 : 0;
       if (v == removed) v = kept;
     }
-    if (of_common == 2) return std::nullopt;
+    if (of_common == 2) return false;
     change.added.push_back(facet);
   }
+  return true;
+}
+
+bool RegionComplex::add_move(std::uint32_t v, const Vec3d& r, Change& change) const {
+  for (unsigned n = 0; n < images_.count(v); ++n) {
+    const std::uint32_t image = images_.image(v, n);
+    const auto target = on_its_sides(image, r);
+    if (!target) return false;
+    change.moved.push_back({image, *target});
+    for (const std::uint32_t f : stars_[image]) {
+      if (std::ranges::find(change.removed, f) != change.removed.end()) continue;
+      change.removed.push_back(f);
+      change.added.push_back(facets_[f]);
+    }
+  }
+  return true;
+}
+
+std::optional<RegionComplex::Change> RegionComplex::collapsed(std::uint32_t removed,
+                                                              std::uint32_t kept) const {
+  Change change;
+  for (unsigned n = 0; n < images_.count(removed); ++n)
+    if (!add_collapse(images_.image(removed, n), images_.image_along(removed, n, kept), change))
+      return std::nullopt;
+  return change;
+}
+
+std::optional<RegionComplex::Change> RegionComplex::collapsed_and_moved(std::uint32_t removed,
+                                                                        std::uint32_t kept,
+                                                                        const Vec3d& r) const {
+  auto change = collapsed(removed, kept);
+  if (!change || !add_move(kept, r, *change)) return std::nullopt;
   return change;
 }
 
@@ -401,16 +463,8 @@ bool RegionComplex::collapse(std::uint32_t removed, std::uint32_t kept) {
 }
 
 bool RegionComplex::collapse_and_move(std::uint32_t removed, std::uint32_t kept, const Vec3d& r) {
-  auto change = collapsed(removed, kept);
-  const auto target = on_its_sides(kept, r);
-  if (!change || !target) return false;
-  for (const std::uint32_t f : stars_[kept]) {
-    if (has(facets_[f].corners, removed)) continue;
-    change->removed.push_back(f);
-    change->added.push_back(facets_[f]);
-  }
-  change->vertex = kept;
-  change->r = *target;
+  auto change = collapsed_and_moved(removed, kept, r);
+  if (!change) return false;
   change->is_for_distance = true;
   return try_change(*change);
 }
@@ -448,16 +502,8 @@ Wedge RegionComplex::narrowest_wedge(std::uint32_t v, const std::vector<Spoke>& 
 }
 
 bool RegionComplex::widen_wedge(std::uint32_t removed, std::uint32_t kept, const Vec3d& r) {
-  auto change = collapsed(removed, kept);
-  const auto target = on_its_sides(kept, r);
-  if (!change || !target) return false;
-  for (const std::uint32_t f : stars_[kept]) {
-    if (has(facets_[f].corners, removed)) continue;
-    change->removed.push_back(f);
-    change->added.push_back(facets_[f]);
-  }
-  change->vertex = kept;
-  change->r = *target;
+  auto change = collapsed_and_moved(removed, kept, r);
+  if (!change) return false;
   const double before = narrowest_wedge(kept, spokes(kept)).cosine;
   if (!try_change(*change)) return false;
   constexpr double wider = 0.02;  // of the cosine
@@ -466,7 +512,7 @@ bool RegionComplex::widen_wedge(std::uint32_t removed, std::uint32_t kept, const
   return false;
 }
 
-bool RegionComplex::flip(std::uint32_t a, std::uint32_t b) {
+bool RegionComplex::add_flip(std::uint32_t a, std::uint32_t b, Change& change) const {
   const std::vector<Spoke> around = spokes(a);
   const auto edge = std::ranges::find(around, b, &Spoke::other);
   if (edge == around.end() || edge->is_feature) return false;
@@ -487,11 +533,21 @@ bool RegionComplex::flip(std::uint32_t a, std::uint32_t b) {
   RegionMesh::Facet second = facets_[g];
   first.corners = {a, d, c};
   second.corners = {d, b, c};
-  Change change{.removed = {f, g}, .added = {first, second}, .r = {}};
+  change.removed.insert(change.removed.end(), {f, g});
+  change.added.insert(change.added.end(), {first, second});
+  return true;
+}
+
+bool RegionComplex::flip(std::uint32_t a, std::uint32_t b) {
+  Change change;
+  if (!add_flip(a, b, change)) return false;
+  const RegionMesh::Facet facet = facets_[change.removed.front()];
+  const std::uint32_t image = images_.opposite(a, facet.side);
+  if (image != none && !add_flip(image, images_.opposite(b, facet.side), change)) return false;
   constexpr double better = 1.05;
-  change.least_shape = better * std::min(shape_of(corners_of(f)), shape_of(corners_of(g)));
+  change.least_shape = better * worst_of(change.removed).shape;
   if (try_change(change)) return true;
-  if (frame_.is_flat || facets_[f].layer == RegionMesh::nothing) return false;
+  if (frame_.is_flat || facet.layer == RegionMesh::nothing) return false;
   change.least_shape = 0;
   change.is_for_distance = true;
   if (fit_before(change).distance <= 0.5 * options_.max_distance) return false;
@@ -510,13 +566,11 @@ std::optional<Vec3d> RegionComplex::on_its_sides(std::uint32_t v, Vec3d r) const
 }
 
 bool RegionComplex::move(std::uint32_t v, const Vec3d& r, bool better) {
-  const auto target = on_its_sides(v, r);
-  if (!target) return false;
-  Change change{.removed = stars_[v], .added = {}, .vertex = v, .r = *target};
-  for (const std::uint32_t f : stars_[v]) change.added.push_back(facets_[f]);
+  Change change;
+  if (!add_move(v, r, change)) return false;
   if (better) {
     constexpr double margin = 1.02;
-    change.least_shape = margin * worst_shape(v);
+    change.least_shape = margin * worst_of(change.removed).shape;
   } else {
     change.is_for_distance = true;
   }
@@ -524,7 +578,7 @@ bool RegionComplex::move(std::uint32_t v, const Vec3d& r, bool better) {
 }
 
 double RegionComplex::distance_around(std::uint32_t v) const {
-  return fit_before({.removed = stars_[v], .added = {}, .r = {}}).distance;
+  return fit_before({.removed = stars_[v]}).distance;
 }
 
 NearestEdge RegionComplex::nearest_edge(std::uint32_t v, const std::vector<Spoke>& spokes,

@@ -11,6 +11,8 @@
 #include "core/triangle_tree.h"
 #include "mesh/regions/facet_grid.h"
 #include "mesh/regions/remesh.h"
+#include "mesh/regions/side_images.h"
+#include "mesh/regions/size_field.h"
 
 namespace scarp {
 
@@ -58,9 +60,14 @@ class RegionComplex {
   const std::vector<std::uint32_t>& star(std::uint32_t v) const { return stars_[v]; }
   std::array<Vec3d, 3> corners_of(std::uint32_t f) const;
 
+  /// The altitude of a facet in parts of its target size, up to the part that is enough.
+  double relative_altitude_of(std::uint32_t f, double enough) const {
+    return relative_altitude(corners_of(f), targets_, enough);
+  }
+
   std::vector<Spoke> spokes(std::uint32_t v) const;
+  /// The most particular one of a vertex and its images.
   VertexPlace place(std::uint32_t v, const std::vector<Spoke>& spokes) const;
-  VertexPlace place(std::uint32_t v) const { return place(v, spokes(v)); }
 
   /// Where the surfaces around a vertex meet, near r.
   NearestEdge nearest_edge(std::uint32_t v, const std::vector<Spoke>& spokes, const Vec3d& r) const;
@@ -74,7 +81,8 @@ class RegionComplex {
   /// Among the edges at a vertex where bodies meet.
   Wedge narrowest_wedge(std::uint32_t v, const std::vector<Spoke>& spokes) const;
 
-  /// Each changes something and is true, or is not allowed to and is false.
+  /// Each changes something and is true, or is not allowed to and is false. What happens on a
+  /// periodic side happens on the opposite one as well.
   bool collapse(std::uint32_t removed, std::uint32_t kept);
   /// The kept vertex moves, and interfaces have to become nearer to their surfaces.
   bool collapse_and_move(std::uint32_t removed, std::uint32_t kept, const Vec3d& r);
@@ -85,8 +93,12 @@ class RegionComplex {
   /// The kept vertex moves, and the narrowest wedge has to become wider.
   bool widen_wedge(std::uint32_t removed, std::uint32_t kept, const Vec3d& r);
 
-  /// How far interfaces may be from their surfaces from now on.
-  void allow_distance(double distance) { options_.max_distance = distance; }
+  /// How far interfaces may be from their surfaces within a spacing of detail, from now on.
+  void allow_distance_at_detail(double distance) { distance_at_detail_ = distance; }
+
+  /// How large facets become next: target sizes are not larger from now on, so that those of a mesh
+  /// that is still fine are not thin for their targets.
+  void limit_targets(double largest) { targets_.limit(largest); }
 
   RegionMesh mesh() const;
 
@@ -104,29 +116,45 @@ class RegionComplex {
     }
   };
 
-  struct Change {
-    std::vector<std::uint32_t> removed;
-    std::vector<RegionMesh::Facet> added;
-    std::uint32_t vertex = ~std::uint32_t{0};  ///< that moves
+  struct MovedVertex {
+    std::uint32_t v = 0;
     Vec3d r;
+  };
+
+  struct Change {
+    std::vector<std::uint32_t> removed{};
+    std::vector<RegionMesh::Facet> added{};
+    std::vector<MovedVertex> moved{};
     double least_shape = 0;  ///< that it has to give
     /// Facets may become worse if interfaces become nearer to their surfaces.
     bool is_for_distance = false;
     std::vector<Fit> fits{};  ///< of the added facets, as soon as they are known
   };
 
-  /// Shape and place of some facets.
+  /// Of some facets.
   struct Worst {
     double altitude = 1e300;
-    double shape = 1e300;
+    double relative_altitude = thin_part;
+    double shape = 1;
   };
+  Worst worst_of(const std::vector<std::uint32_t>& facets) const;
 
+  VertexPlace own_place(std::uint32_t v, const std::vector<Spoke>& spokes) const;
+  /// Each adds to a change what becomes of some facets, if that is possible.
+  bool add_collapse(std::uint32_t removed, std::uint32_t kept, Change& change) const;
+  bool add_move(std::uint32_t v, const Vec3d& r, Change& change) const;
+  bool add_flip(std::uint32_t a, std::uint32_t b, Change& change) const;
+  /// Of a vertex and its images, into those of another one.
   std::optional<Change> collapsed(std::uint32_t removed, std::uint32_t kept) const;
+  std::optional<Change> collapsed_and_moved(std::uint32_t removed, std::uint32_t kept,
+                                            const Vec3d& r) const;
   /// Where a vertex may go next to some place; nothing if it would come onto another side.
   std::optional<Vec3d> on_its_sides(std::uint32_t v, Vec3d r) const;
 
   const Vec3d& place_in(const Change& change, std::uint32_t v) const {
-    return v == change.vertex ? change.r : positions_[v];
+    for (const MovedVertex& moved : change.moved)
+      if (moved.v == v) return moved.r;
+    return positions_[v];
   }
   std::array<Vec3d, 3> corners_in(const Change& change, const RegionMesh::Facet& facet) const;
   bool same_patch(std::uint32_t f, std::uint32_t g) const;
@@ -138,6 +166,7 @@ class RegionComplex {
   Fit fit_after(Change& change, double largest) const;
   Fit flat_fit(const std::vector<RegionMesh::Facet>& facets, const Change* change) const;
   bool fits(Change& change) const;
+  double allowed_distance(const Change& change) const;
   bool has_good_shape(const Change& change) const;
   bool collides(const Change& change) const;
   bool try_change(Change& change);
@@ -147,8 +176,7 @@ class RegionComplex {
     std::vector<std::uint32_t> facets;
     std::vector<RegionMesh::Facet> removed;
     std::vector<Fit> fits;
-    std::uint32_t vertex = ~std::uint32_t{0};
-    Vec3d r;
+    std::vector<MovedVertex> moved;
   };
   void take_back();
   void link(std::uint32_t f);
@@ -156,6 +184,9 @@ class RegionComplex {
 
   RegionMesh frame_;  ///< without facets and vertices
   RemeshOptions options_;
+  double distance_at_detail_ = 0;
+  SizeField targets_;
+  SideImages images_;
   std::vector<TriangleTree> trees_;
   std::vector<std::vector<Vec3f>> normals_;
   std::vector<Vec3d> positions_;

@@ -54,13 +54,17 @@ std::size_t collapse_short_edges(RegionComplex& complex, double longest) {
 
 /// Facets that are too thin lose an edge, the shortest first.
 ///
+/// @param part of their target size
 /// @param shape of facets that are long for their altitude
-std::size_t collapse_thin_facets(RegionComplex& complex, double altitude, double shape) {
+std::size_t collapse_thin_facets(RegionComplex& complex, double altitude, double part,
+                                 double shape) {
   std::size_t count = 0;
   for (std::uint32_t f = 0; f < complex.facet_count(); ++f) {
     if (!complex.has_facet(f)) continue;
     const std::array<Vec3d, 3> corners = complex.corners_of(f);
-    if (least_altitude(corners) >= altitude && shape_of(corners) >= shape) continue;
+    if (least_altitude(corners) >= altitude && shape_of(corners) >= shape &&
+        complex.relative_altitude_of(f, part) >= part)
+      continue;
     const Triangle t = complex.facet(f).corners;
     std::array<std::pair<double, std::size_t>, 3> edges;
     for (std::size_t n = 0; n < 3; ++n)
@@ -149,6 +153,7 @@ std::size_t smooth(RegionComplex& complex, double shape) {
       middle += complex.position(spoke.other);
       weight += 1;
     }
+    if (weight == 0) continue;  // an image is on a line
     middle = middle / weight;
     const Vec3d r = complex.position(v);
     for (const double part : {1.0, 0.5, 0.25}) {
@@ -197,6 +202,7 @@ class Remesher {
 
   RegionMesh run() {
     const double h = options_.spacing;
+    complex_.limit_targets(h);
     constexpr int sharpening_rounds = 8;
     for (int round = 0; round < sharpening_rounds; ++round) {
       // Cuts of the long edges of tetrahedra lie beside curved surfaces: all on the same side.
@@ -204,15 +210,16 @@ class Remesher {
       move_to_edges(complex_, h, good_part * options_.max_distance);
       shorten_tongues(complex_);
       flip_edges(complex_, any_shape);
-      collapse_thin_facets(complex_, small_altitude * h, 0);
+      collapse_thin_facets(complex_, small_altitude * h, thin_part, 0);
       collapse_short_edges(complex_, short_edge * h);
       smooth(complex_, poor_shape);
     }
     coarsen();
+    complex_.limit_targets(options_.size);
     constexpr int last_rounds = 6;
     for (int round = 0; round < last_rounds; ++round) {
       std::size_t changes = flip_edges(complex_, any_shape);
-      changes += collapse_thin_facets(complex_, small_altitude * h, 0);
+      changes += collapse_thin_facets(complex_, small_altitude * h, thin_part, 0);
       changes += smooth(complex_, poor_shape);
       if (changes == 0) break;
     }
@@ -224,13 +231,14 @@ class Remesher {
   /// What is still thin costs some distance.
   void repair() {
     const double h = options_.spacing;
-    constexpr double thin_altitude = 1.5 * thin_part;
+    constexpr double nearly_thin = 1.5 * thin_part;
     constexpr double thin_shape = 0.1;
     constexpr int rounds = 4;
     for (int round = 1; round <= rounds; ++round) {
-      complex_.allow_distance(options_.max_distance +
-                              (largest_repair * h - options_.max_distance) * round / rounds);
-      collapse_thin_facets(complex_, thin_altitude * h, thin_shape);
+      complex_.allow_distance_at_detail(
+          options_.max_distance + (largest_repair * h - options_.max_distance) * round / rounds);
+      collapse_thin_facets(complex_, 0, nearly_thin, 0);
+      complex_.allow_distance_at_detail(0);
       flip_edges(complex_, thin_shape);
       smooth(complex_, thin_shape);
     }
@@ -240,7 +248,9 @@ class Remesher {
     constexpr double growth = 1.4;
     constexpr double short_part = 0.7;
     for (double size = options_.spacing; size < options_.size; size *= growth) {
-      collapse_short_edges(complex_, short_part * std::min(size * growth, options_.size));
+      const double next = std::min(size * growth, options_.size);
+      complex_.limit_targets(next);
+      collapse_short_edges(complex_, short_part * next);
       flip_edges(complex_, any_shape);
       smooth(complex_, poor_shape);
     }
@@ -271,20 +281,29 @@ RegionMesh remesh(const RegionMesh& mesh, std::span<const TriMesh> surfaces,
   return Remesher(mesh, surfaces, options).run();
 }
 
-RegionQuality quality(const RegionMesh& mesh, std::span<const TriMesh> surfaces, double spacing) {
-  RegionQuality quality{.least_altitude = 1e300};
+RegionQuality quality(const RegionMesh& mesh, std::span<const TriMesh> surfaces, double spacing,
+                      double size) {
+  RegionQuality quality{.least_altitude = 1e300, .least_relative_altitude = 1e300};
+  const double plain = (1 + SizeField::growth) * spacing;
+  const SizeField targets(surfaces, spacing, std::max(size, plain));
   for (const RegionMesh::Facet& facet : mesh.facets) {
     const int region = mesh.bodies[static_cast<std::size_t>(facet.bodies[0])].region;
     if (mesh.is_flat && !mesh.regions[static_cast<std::size_t>(region)].is_meshed) continue;
-    const double altitude = least_altitude(corners(mesh, facet));
+    const std::array<Vec3d, 3> c = corners(mesh, facet);
+    const double altitude = least_altitude(c);
+    const double part = altitude / std::min(size, targets.of_facet(c));
     quality.least_altitude = std::min(quality.least_altitude, altitude);
-    quality.thin_facets += altitude < thin_part * spacing ? 1 : 0;
+    quality.least_relative_altitude = std::min(quality.least_relative_altitude, part);
+    quality.thin_facets += part < thin_part ? 1 : 0;
   }
   std::vector<TriangleTree> trees;
   for (const TriMesh& surface : surfaces) trees.emplace_back(surface);
   const auto compare = [&](int layer, const Vec3d& r) {
     const ClosestPoint closest = trees[static_cast<std::size_t>(layer)].closest(r);
-    if (closest.found()) quality.max_distance = std::max(quality.max_distance, closest.distance);
+    if (!closest.found()) return;
+    quality.max_distance = std::max(quality.max_distance, closest.distance);
+    if (closest.distance > quality.max_plain_distance && targets.at(r) >= plain)
+      quality.max_plain_distance = closest.distance;
   };
   if (mesh.is_flat) {
     for (const RegionLine& line : lines_of(mesh)) {

@@ -26,6 +26,24 @@ duration = "60 s"
 etch_rate = "1 nm/s"
 )";
 
+/// A trench in silicon under a film of oxide, in space.
+inline const std::string lined_trench = R"(
+[domain]
+spacing = "10 nm"
+extent = ["400 nm", "100 nm"]
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[geometry]]
+shape = "trench"
+width = "200 nm"
+depth = "300 nm"
+[[step]]
+model = "conformal"
+material = "SiO2"
+thickness = "25 nm"
+)";
+
 /// A recipe that stands in a test.
 inline Recipe read_text(const std::string& text) {
   const TemporaryFolder folder;

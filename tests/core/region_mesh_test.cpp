@@ -54,6 +54,27 @@ TEST(RegionMesh, VolumesOfTwoBoxes) {
   EXPECT_EQ(region_volumes(mesh)[1], 0);
 }
 
+TEST(RegionMesh, SidesMatchByFacetsAndMaterials) {
+  RegionMesh mesh = two_boxes();
+  EXPECT_FALSE(sides_match(mesh, 1));  // their diagonals cross
+  const auto across = [](std::uint32_t v) { return v - v % 4 + (3 - v % 4); };
+  std::erase_if(mesh.facets, [](const RegionMesh::Facet& facet) { return facet.side == 3; });
+  const std::vector<RegionMesh::Facet> facets = mesh.facets;
+  for (RegionMesh::Facet facet : facets) {
+    if (facet.side != 2) continue;
+    const auto [a, b, c] = facet.corners;
+    facet.corners = {across(a), across(c), across(b)};
+    facet.side = 3;
+    mesh.facets.push_back(facet);
+  }
+  EXPECT_TRUE(sides_match(mesh, 1));
+  RegionMesh other = mesh;
+  other.facets.back().bodies[0] = 0;
+  EXPECT_FALSE(sides_match(other, 1));
+  mesh.vertices[6].z += 1e-9;
+  EXPECT_FALSE(sides_match(mesh, 1));
+}
+
 TEST(RegionMesh, InnerPointsLieInTheirBodies) {
   const auto points = inner_points(two_boxes());
   ASSERT_TRUE(points[0] && points[1]);

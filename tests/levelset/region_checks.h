@@ -104,7 +104,9 @@ inline std::size_t touching_vertices(const RegionMesh& mesh, double distance) {
 
 /// What holds for every mesh: closed, conforming, on the sides, no thin facet, nothing crosses or
 /// touches.
-inline void expect_sound(const RegionMesh& mesh, double spacing) {
+///
+/// @param least_part of the spacing: the least altitude
+inline void expect_sound(const RegionMesh& mesh, double spacing, double least_part = thin_part) {
   EXPECT_EQ(facets_off_sides(mesh), 0U);
   double least = 1e300;
   for (const RegionMesh::Facet& facet : mesh.facets) {
@@ -112,7 +114,7 @@ inline void expect_sound(const RegionMesh& mesh, double spacing) {
     if (mesh.is_flat && !mesh.regions[static_cast<std::size_t>(region)].is_meshed) continue;
     least = std::min(least, least_altitude(corners(mesh, facet)));
   }
-  EXPECT_GE(least, thin_part * spacing);
+  EXPECT_GE(least, least_part * spacing);
   if (mesh.is_flat) return;
   EXPECT_EQ(open_edges(mesh), 0U);
   EXPECT_EQ(self_intersections(all_facets(mesh)), 0U);

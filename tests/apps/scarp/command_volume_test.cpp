@@ -5,28 +5,12 @@
 
 #include "mesh/files/mesh_file.h"
 #include "tests/apps/program.h"
+#include "tests/apps/recipe_text.h"
 
 namespace scarp {
 namespace {
 
 using ::testing::HasSubstr;
-
-constexpr const char* lined_trench = R"(
-[domain]
-spacing = "10 nm"
-extent = ["400 nm", "100 nm"]
-[[geometry]]
-shape = "wafer"
-material = "Si"
-[[geometry]]
-shape = "trench"
-width = "200 nm"
-depth = "300 nm"
-[[step]]
-model = "conformal"
-material = "SiO2"
-thickness = "25 nm"
-)";
 
 class VolumeCommand : public Program {
  protected:

@@ -7,6 +7,7 @@
 
 #include "mesh/files/region_file.h"
 #include "tests/apps/program.h"
+#include "tests/apps/recipe_text.h"
 
 namespace scarp {
 namespace {
@@ -76,27 +77,10 @@ class RegionVolume : public Program {
   }
 };
 
-constexpr const char* coated_trench = R"(
-[domain]
-spacing = "10 nm"
-extent = ["400 nm", "100 nm"]
-[[geometry]]
-shape = "wafer"
-material = "Si"
-[[geometry]]
-shape = "trench"
-width = "200 nm"
-depth = "300 nm"
-[[step]]
-model = "conformal"
-material = "SiO2"
-thickness = "25 nm"
-)";
-
 class LinedTrench : public RegionVolume {
  protected:
   void SetUp() override {
-    write("trench.toml", coated_trench);
+    write("trench.toml", lined_trench);
     run(path("trench.toml"));
   }
 };
@@ -112,6 +96,7 @@ TEST_F(LinedTrench, InterfacesAndRegionsHaveNames) {
   const nlohmann::json json = json_of(outcome);
   EXPECT_EQ(json["regions"].size(), 3U);
   EXPECT_GE(json["least_altitude_nm"], 1.0);
+  EXPECT_GE(json["least_relative_altitude"], 0.1);
   EXPECT_LE(json["max_distance_nm"], 1.0);
   EXPECT_TRUE(json["warnings"].empty());
   EXPECT_THAT(read_file(path("device.msh.opt")), HasSubstr("Physical Volume(\"SiO2\", 2) = {2};"));
@@ -215,7 +200,7 @@ TEST_F(LinedTrench, WhatCannotBeIsRefusedWithTheRemedy) {
 }
 
 TEST_F(RegionVolume, ASectionIsFlatAndRefusesTetrahedra) {
-  write("trench.toml", coated_trench);
+  write("trench.toml", lined_trench);
   run(path("trench.toml") + " --set domain.mode='\"2d\"' --set domain.extent='[\"400 nm\"]'");
   const Outcome outcome = volume_of("device.msh", "--bottom '-500 nm'");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.messages;
@@ -266,8 +251,9 @@ thickness = "25 nm"
 struct MeshedConfig {
   const char* name;
   const char* arguments;
-  double bottom;  // nm
-  double area;    // nm^2
+  double spacing;  // nm
+  double bottom;   // nm
+  double area;     // nm^2
 };
 
 class MeshedConfigs : public RegionVolume, public ::testing::WithParamInterface<MeshedConfig> {};
@@ -277,11 +263,12 @@ INSTANTIATE_TEST_SUITE_P(
         MeshedConfig{"trench_deposition",
                      "--set domain.spacing='\"0.4 um\"' --set domain.extent='[\"10 um\", \"2 "
                      "um\"]' --set flux.target_error=0.1",
-                     -12000, 1e4 * 2e3},
-        MeshedConfig{"hole_directional_etch", "--set domain.spacing='\"20 nm\"'", -400, 600 * 600},
-        MeshedConfig{"trench_isolation", "--set domain.spacing='\"20 nm\"'", -700, 600 * 100},
-        MeshedConfig{"dual_damascene", "--set domain.spacing='\"10 nm\"'", -100, 320 * 160},
-        MeshedConfig{"sadp_cut", "--set domain.spacing='\"10 nm\"'", -100, 320 * 240}),
+                     400, -12000, 1e4 * 2e3},
+        MeshedConfig{"hole_directional_etch", "--set domain.spacing='\"20 nm\"'", 20, -400,
+                     600 * 600},
+        MeshedConfig{"trench_isolation", "--set domain.spacing='\"20 nm\"'", 20, -700, 600 * 100},
+        MeshedConfig{"dual_damascene", "--set domain.spacing='\"10 nm\"'", 10, -100, 320 * 160},
+        MeshedConfig{"sadp_cut", "--set domain.spacing='\"10 nm\"'", 10, -100, 320 * 240}),
     [](const auto& test) { return std::string(test.param.name); });
 
 TEST_P(MeshedConfigs, GmshAndTetgenFillThem) {
@@ -298,6 +285,9 @@ TEST_P(MeshedConfigs, GmshAndTetgenFillThem) {
   std::vector<std::string> bodies;  // names of regions, in the order of the bodies
   const nlohmann::json json = json_of(volume_of("device.msh", bottom));
   for (const auto& region : json["regions"]) bodies.push_back(region["name"]);
+  EXPECT_GE(json["least_relative_altitude"], 0.1);
+  EXPECT_LE(json["max_distance_nm"], 0.55 * config.spacing);
+  EXPECT_LE(json["max_plain_distance_nm"], 0.1 * config.spacing);
 
   ASSERT_EQ(shell("gmsh -3 " + path("device.msh") + " -o " + path("filled.msh")), 0);
   EXPECT_THAT(read_file(path("printed.txt")), Not(HasSubstr("Error")));

@@ -9,6 +9,7 @@
 #include "levelset/operations/layer_steps.h"
 #include "levelset/surface/connectivity.h"
 #include "tests/levelset/surfaces.h"
+#include "tests/levelset/wafers.h"
 
 namespace scarp {
 namespace {
@@ -59,51 +60,23 @@ TEST_P(Bodies, AFlatWaferIsABox) {
 }
 
 TEST_P(Bodies, FilmsInATrenchThatTheSidesCut) {
-  Layers layers = build_layers(
-      frame(),
-      std::vector<Shape>{
-          WaferShape{},
-          TrenchShape{.width = 16.3, .centre = 15, .cut = {.depth = 21.4, .taper = 0.05}}});
-  add_layer(layers, 1);
-  coat(layers, 0.4);
-  add_layer(layers, 2);
-  coat(layers, 2.3);
+  const Layers layers = trench_with_films(frame());
   expect_bodies_of(layers, 3);
 }
 
 TEST_P(Bodies, AMaskOverUndercutSilicon) {
-  Layers layers = build_layers(
-      frame(),
-      std::vector<Shape>{
-          WaferShape{},
-          MaskShape{.material = 1, .thickness = 5.2, .outline = CircleOutline{.radius = 7.3}}});
-  move(layers, 6.1, 0.5, [](Vec3d, MaterialId material) { return material == 0 ? -1.0 : 0.0; });
+  const Layers layers = mask_over_undercut_silicon(frame());
   expect_bodies_of(layers, 2);
 }
 
 TEST_P(Bodies, AVoidUnderAFilmThatHasClosed) {
-  Layers layers = build_layers(
-      frame(), std::vector<Shape>{
-                   WaferShape{},
-                   TrenchShape{.width = 8.4, .centre = 1.3, .cut = {.depth = 20, .taper = -0.2}}});
-  add_layer(layers, 1);
-  coat(layers, 4.9);
+  const Layers layers = void_under_a_film(frame());
   ASSERT_EQ(open_gas(layers).voids.size(), 1U);
   expect_bodies_of(layers, 2);
 }
 
-// Films of one material above and below another one, etched back to the first again in places.
 TEST_P(Bodies, FilmsThatEndWhereTheyWereEtchedThrough) {
-  Layers layers = build_layers(
-      frame(), std::vector<Shape>{WaferShape{}, HoleShape{.radius = 9.1, .cut = {.depth = 14.6}}});
-  add_layer(layers, 1);
-  coat(layers, 1.2);
-  add_layer(layers, 2);
-  coat(layers, 0.9);
-  add_layer(layers, 1);
-  coat(layers, 0.7);
-  planarise(layers, 1.6);
-  move(layers, 2.1, 0.4, [](Vec3d r, MaterialId) { return r.x > 0 ? -1.0 : 0.0; });
+  const Layers layers = films_etched_through(frame());
   expect_bodies_of(layers, 3);
 }
 

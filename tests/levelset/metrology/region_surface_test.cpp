@@ -4,6 +4,7 @@
 
 #include <map>
 #include <numbers>
+#include <random>
 #include <set>
 
 #include "core/error.h"
@@ -11,6 +12,7 @@
 #include "levelset/operations/layer_steps.h"
 #include "tests/levelset/region_checks.h"
 #include "tests/levelset/surfaces.h"
+#include "tests/levelset/wafers.h"
 
 namespace scarp {
 namespace {
@@ -127,9 +129,9 @@ TEST(RegionSurface, EdgesOfATrenchAreSharp) {
       {.spacing = 1, .cells = {30, 12}},
       std::vector<Shape>{WaferShape{}, TrenchShape{.width = 13.4, .cut = {.depth = 14.6}}});
   const std::vector<TriMesh> surfaces = layer_surfaces(layers);
-  const RegionQuality before = quality(region_surface(layers, {.bottom = -25}), surfaces, 1);
+  const RegionQuality before = quality(region_surface(layers, {.bottom = -25}), surfaces, 1, 4);
   const RegionMesh mesh = remeshed(layers, {.bottom = -25}, 4);
-  const RegionQuality after = quality(mesh, surfaces, 1);
+  const RegionQuality after = quality(mesh, surfaces, 1, 4);
   expect_sound(mesh, 1);
   expect_volumes_of(layers, mesh, 1e-3);
   EXPECT_GT(before.max_distance, 0.2);
@@ -152,8 +154,13 @@ class Regions : public ::testing::TestWithParam<Boundary> {
       double sum = 0;
       for (const double volume : region_volumes(mesh)) sum += volume;
       EXPECT_NEAR(sum, layers.frame.sides().area() * (20 - bottom), 1e-6 * sum);
-      const RegionQuality found = quality(mesh, layer_surfaces(layers), 1);
-      EXPECT_LE(found.max_distance, 0.75);
+      const RegionQuality found = quality(mesh, layer_surfaces(layers), 1, size);
+      EXPECT_EQ(found.thin_facets, 0U) << found.least_relative_altitude;
+      EXPECT_LE(found.max_distance, 0.55);
+      EXPECT_LE(found.max_plain_distance, 0.1);
+      for (int axis = 0; axis < 2; ++axis)
+        EXPECT_EQ(mesh.is_periodic[static_cast<std::size_t>(axis)] && sides_match(mesh, axis),
+                  GetParam() == Boundary::periodic);
     }
   }
 };
@@ -161,35 +168,17 @@ INSTANTIATE_TEST_SUITE_P(Sides, Regions,
                          ::testing::Values(Boundary::reflective, Boundary::periodic));
 
 TEST_P(Regions, FilmsInATrenchThatTheSidesCut) {
-  Layers layers = build_layers(
-      frame(),
-      std::vector<Shape>{
-          WaferShape{},
-          TrenchShape{.width = 16.3, .centre = 14, .cut = {.depth = 21.4, .taper = 0.05}}});
-  add_layer(layers, 1);
-  coat(layers, 0.4);
-  add_layer(layers, 2);
-  coat(layers, 2.3);
+  const Layers layers = trench_with_films(frame());
   expect_mesh_of(layers);
 }
 
 TEST_P(Regions, AMaskOverUndercutSilicon) {
-  Layers layers = build_layers(
-      frame(),
-      std::vector<Shape>{
-          WaferShape{},
-          MaskShape{.material = 1, .thickness = 5.2, .outline = CircleOutline{.radius = 7.3}}});
-  move(layers, 6.1, 0.5, [](Vec3d, MaterialId material) { return material == 0 ? -1.0 : 0.0; });
+  const Layers layers = mask_over_undercut_silicon(frame());
   expect_mesh_of(layers);
 }
 
 TEST_P(Regions, AVoidUnderAFilmThatHasClosed) {
-  Layers layers = build_layers(
-      frame(), std::vector<Shape>{
-                   WaferShape{},
-                   TrenchShape{.width = 8.4, .centre = 1.3, .cut = {.depth = 20, .taper = -0.2}}});
-  add_layer(layers, 1);
-  coat(layers, 4.9);
+  const Layers layers = void_under_a_film(frame());
   expect_mesh_of(layers);
   const RegionMesh mesh = region_surface(layers, {.bottom = bottom});
   ASSERT_EQ(mesh.regions.size(), 4U);
@@ -197,21 +186,74 @@ TEST_P(Regions, AVoidUnderAFilmThatHasClosed) {
   EXPECT_FALSE(mesh.regions[3].is_meshed);
 }
 
-// Films of one material above and below another one, etched back to the first again in places.
 TEST_P(Regions, FilmsThatEndWhereTheyWereEtchedThrough) {
-  Layers layers = build_layers(
-      frame(), std::vector<Shape>{WaferShape{}, HoleShape{.radius = 9.1, .cut = {.depth = 14.6}}});
-  add_layer(layers, 1);
-  coat(layers, 1.2);
-  add_layer(layers, 2);
-  coat(layers, 0.9);
-  add_layer(layers, 1);
-  coat(layers, 0.7);
-  planarise(layers, 1.6);
-  move(layers, 2.1, 0.4, [](Vec3d r, MaterialId) { return r.x > 0 ? -1.0 : 0.0; });
+  const Layers layers = films_etched_through(frame());
   expect_mesh_of(layers);
   // The two films of one material are one region.
   EXPECT_EQ(region_surface(layers, {.bottom = bottom}).regions.size(), 4U);
+}
+
+/// Some films, features cut into them or put onto them, and films over all of that.
+Layers random_stack(const Frame& frame, std::uint64_t seed) {
+  std::mt19937_64 engine(seed);
+  const auto below = [&](int count) {
+    return static_cast<int>(engine() % static_cast<std::uint64_t>(count));
+  };
+  const auto between = [&](int lower, int upper) {
+    return lower + below(64 * (upper - lower) + 1) / 64.0;
+  };
+  const auto material = [&] { return static_cast<MaterialId>(1 + below(3)); };
+  std::vector<Shape> shapes{WaferShape{}};
+  for (int films = below(3); films > 0; --films)
+    shapes.emplace_back(LayerShape{.material = material(), .thickness = between(1, 5)});
+  const double x = between(-8, 8);
+  const double y = between(-4, 4);
+  const Cut cut{.depth = between(3, 12), .taper = between(-1, 1) / 6};
+  switch (below(3)) {
+    case 0:
+      shapes.emplace_back(TrenchShape{.width = between(4, 12), .centre = x, .cut = cut});
+      break;
+    case 1:
+      shapes.emplace_back(HoleShape{.radius = between(3, 7), .centre = {x, y}, .cut = cut});
+      break;
+    default:
+      shapes.emplace_back(
+          MaskShape{.material = material(),
+                    .thickness = between(2, 8),
+                    .outlines = MaskShape::Outlines::resist,
+                    .outline = CircleOutline{.radius = between(3, 7), .centre = {x, y}}});
+  }
+  if (!check_shapes(frame, shapes).empty()) shapes.pop_back();
+  Layers layers = build_layers(frame, shapes);
+  for (int films = 1 + below(2); films > 0; --films) {
+    add_layer(layers, static_cast<MaterialId>(1 + below(4)));
+    coat(layers, between(0, 3) + 0.25);
+    if (below(3) == 0) planarise(layers, between(0, 3));
+  }
+  return layers;
+}
+
+TEST_P(Regions, RandomStacks) {
+  const Frame small{.spacing = 1, .cells = {24, 14}, .boundary = {GetParam(), GetParam()}};
+  int meshes_with_thin_facets = 0;
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    SCOPED_TRACE(seed);
+    const Layers layers = random_stack(small, seed);
+    const RegionMesh mesh = remeshed(layers, {.bottom = -30}, 4);
+    // A few facets next to others that touch them on all sides cannot be mended.
+    constexpr double exceptional_part = 0.05;
+    expect_sound(mesh, 1, exceptional_part);
+    const RegionQuality found = quality(mesh, layer_surfaces(layers), 1, 4);
+    EXPECT_GE(found.least_relative_altitude, exceptional_part);
+    EXPECT_LE(found.thin_facets, mesh.facets.size() / 200);
+    meshes_with_thin_facets += found.thin_facets > 0 ? 1 : 0;
+    EXPECT_LE(found.max_distance, 0.55);
+    EXPECT_LE(found.max_plain_distance, 0.1);
+    for (int axis = 0; axis < 2; ++axis)
+      EXPECT_EQ(mesh.is_periodic[static_cast<std::size_t>(axis)] && sides_match(mesh, axis),
+                GetParam() == Boundary::periodic);
+  }
+  EXPECT_LE(meshes_with_thin_facets, 1);
 }
 
 // Where the lining begins the surfaces of four layers lie within a few thousandths of a spacing.
@@ -250,7 +292,7 @@ TEST(RegionSurface, ASectionIsFlat) {
     expect_volumes_of(layers, mesh, 0.005);
     const std::vector<double> areas = region_volumes(mesh);
     EXPECT_NEAR(areas[0] + areas[1] + areas[2], 40 * 50, 1e-9);
-    EXPECT_LE(quality(mesh, layer_surfaces(layers), 1).max_distance, 0.1);
+    EXPECT_LE(quality(mesh, layer_surfaces(layers), 1, size).max_distance, 0.1);
     for (const Vec3d& r : mesh.vertices) EXPECT_EQ(r.y, mesh.vertices.front().y);
   }
 }

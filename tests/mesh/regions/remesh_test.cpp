@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <utility>
 
 namespace scarp {
 namespace {
@@ -57,7 +59,7 @@ TEST(Remesh, AFlatSheetBecomesCoarse) {
   const RegionMesh coarse = remesh(mesh, surfaces, {.spacing = 1, .size = 4, .max_distance = 0.05});
   EXPECT_LT(6 * coarse.facets.size(), mesh.facets.size());
   EXPECT_NEAR(area(coarse), 24 * 24, 1e-9);
-  const RegionQuality found = quality(coarse, surfaces, 1);
+  const RegionQuality found = quality(coarse, surfaces, 1, 4);
   EXPECT_LT(found.max_distance, 1e-9);
   EXPECT_EQ(found.thin_facets, 0U);
   EXPECT_GE(found.least_altitude, 0.3);
@@ -68,7 +70,7 @@ TEST(Remesh, AWaveKeepsItsDistance) {
   const std::vector<TriMesh> surfaces{surface_of(mesh)};
   const RegionMesh coarse = remesh(mesh, surfaces, {.spacing = 1, .size = 4, .max_distance = 0.05});
   EXPECT_LT(coarse.facets.size(), mesh.facets.size());
-  const RegionQuality found = quality(coarse, surfaces, 1);
+  const RegionQuality found = quality(coarse, surfaces, 1, 4);
   EXPECT_LE(found.max_distance, 0.1);
   EXPECT_LE(found.reverse_max_distance, 0.1);
 }
@@ -82,20 +84,72 @@ TEST(Remesh, VerticesMoveToAnEdge) {
   for (Vec3d& r : exact.vertices)
     if (r.x == 7) r = {edge, r.y, 5};
   const std::vector<TriMesh> surfaces{surface_of(exact)};
-  EXPECT_GT(quality(mesh, surfaces, 1).max_distance, 0.2);
+  EXPECT_GT(quality(mesh, surfaces, 1, 1).max_distance, 0.2);
+  EXPECT_LE(quality(mesh, surfaces, 1, 1).max_plain_distance, 1e-6);
   const RegionMesh sharp = remesh(mesh, surfaces, {.spacing = 1, .size = 1, .max_distance = 0.05});
-  EXPECT_LE(quality(sharp, surfaces, 1).max_distance, 0.05);
-  EXPECT_LE(quality(sharp, surfaces, 1).reverse_max_distance, 0.05);
+  EXPECT_LE(quality(sharp, surfaces, 1, 1).max_distance, 0.05);
+  EXPECT_LE(quality(sharp, surfaces, 1, 1).reverse_max_distance, 0.05);
 }
 
 TEST(Remesh, ANeedleGoes) {
   RegionMesh mesh = sheet(8, [](double, double) { return 0.0; });
   mesh.vertices[4 * 9 + 4] = {4.95, 4.02, 0};
   const std::vector<TriMesh> surfaces{surface_of(mesh)};
-  EXPECT_LT(quality(mesh, surfaces, 1).least_altitude, 0.1);
+  EXPECT_LT(quality(mesh, surfaces, 1, 1).least_altitude, 0.1);
   const RegionMesh good = remesh(mesh, surfaces, {.spacing = 1, .size = 1, .max_distance = 0.05});
-  EXPECT_GE(quality(good, surfaces, 1).least_altitude, 0.3);
+  EXPECT_GE(quality(good, surfaces, 1, 1).least_altitude, 0.3);
   EXPECT_NEAR(area(good), 64, 1e-9);
+}
+
+// Three tenths of a spacing are little next to facets of four.
+TEST(Remesh, AFacetIsThinForItsTargetSize) {
+  RegionMesh mesh = sheet(4, [](double, double) { return 0.0; });
+  const std::vector<TriMesh> surfaces{surface_of(mesh)};
+  for (Vec3d& r : mesh.vertices) r.y *= 0.35;
+  EXPECT_EQ(quality(mesh, surfaces, 1, 1).thin_facets, 0U);
+  const RegionQuality found = quality(mesh, surfaces, 1, 4);
+  EXPECT_EQ(found.thin_facets, mesh.facets.size());
+  EXPECT_NEAR(found.least_relative_altitude, found.least_altitude / 4, 1e-12);
+}
+
+// What happens to a vertex on a periodic side happens to its image.
+TEST(Remesh, PeriodicSidesStayAlike) {
+  const auto wave = [](double x, double y) {
+    const auto angle = [](double place) { return std::numbers::pi / 8 * std::fmod(place, 16); };
+    return std::sin(angle(x)) * std::cos(angle(y));
+  };
+  RegionMesh mesh = sheet(16, wave);
+  // Facets stand on the sides, too: from the sheet down to the lower end, 8 below.
+  mesh.lower[2] = -8;
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  for (std::uint32_t v = 0; v < first; ++v) {
+    Vec3d r = mesh.vertices[v];
+    r.z = -8;
+    mesh.vertices.push_back(r);
+  }
+  const auto add_side = [&](std::uint32_t a, std::uint32_t b, int side) {
+    for (const Triangle& corners : {Triangle{a, b, a + first}, Triangle{b, b + first, a + first}}) {
+      RegionMesh::Facet facet{.corners = corners, .bodies = {0, nothing}, .side = side};
+      if (side % 2 != side / 2) std::swap(facet.corners[1], facet.corners[2]);
+      mesh.facets.push_back(facet);
+    }
+  };
+  for (std::uint32_t n = 0; n < 16; ++n) {
+    add_side(17 * n, 17 * (n + 1), 0);
+    add_side(17 * n + 16, 17 * (n + 1) + 16, 1);
+    add_side(n, n + 1, 2);
+    add_side(17 * 16 + n, 17 * 16 + n + 1, 3);
+  }
+  ASSERT_TRUE(sides_match(mesh, 0));
+  ASSERT_TRUE(sides_match(mesh, 1));
+  const std::vector<TriMesh> surfaces{surface_of(sheet(16, wave))};
+  for (const bool is_periodic : {true, false}) {
+    mesh.is_periodic = {is_periodic, is_periodic};
+    const RegionMesh coarse =
+        remesh(mesh, surfaces, {.spacing = 1, .size = 4, .max_distance = 0.05});
+    EXPECT_LT(coarse.facets.size(), mesh.facets.size());
+    EXPECT_EQ(sides_match(coarse, 0) && sides_match(coarse, 1), is_periodic);
+  }
 }
 
 // The room between two sheets is thinner than they may move.
