@@ -163,6 +163,58 @@ class InertLayers {
     return NewPhi(of_layer, std::min(film, std::max(0.0F, of_layer - wanted)));
   }
 
+  /// How far the wall of a standing layer is from a gas node beside it, if the node knows the
+  /// distance to what lies below that layer instead, or did until that went: nothing tells but how
+  /// phi goes on within the layer.
+  std::optional<float> hidden_wall(std::array<int, 3> node, const float* old) const {
+    const auto hides = [&](int layer) { return phi(layer - 1, node) <= *old + same_phi; };
+    bool may_be_hidden = false;  // cheaper to tell than what is seen
+    for (int layer = 1; layer < static_cast<int>(is_inert_.size()); ++layer)
+      may_be_hidden = may_be_hidden || (is_inert_[static_cast<std::size_t>(layer)] && hides(layer));
+    if (!may_be_hidden) return std::nullopt;
+    float distance = LevelSet::half_width;
+    bool is_hidden = false;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int step : {-1, 1}) {
+        if (!(old[step * axis_strides[axis]] < 0)) continue;
+        const int layer = standing_layer_seen(node, axis, step, *old);
+        if (layer == none) continue;
+        is_hidden = is_hidden || (layer > 0 && hides(layer));
+        std::array<int, 3> solid = node;
+        solid[axis] += step;
+        std::array<int, 3> within = solid;
+        within[axis] += step;
+        const float phi_solid = phi(layer, solid);
+        distance = std::min({distance, 2 * phi_solid - phi(layer, within), phi_solid + 1});
+      }
+    }
+    return is_hidden && distance > *old + same_phi ? std::optional(distance) : std::nullopt;
+  }
+
+  /// Of a node in a standing layer at which a wall of that is laid bare from the side, how far that
+  /// is: as the wall goes on that is seen on an edge beside.
+  std::optional<float> wall_laid_bare(int layer, std::array<int, 3> node, int axis,
+                                      int step) const {
+    std::optional<float> nearest;
+    for (int across = 0; across < 3; ++across) {
+      if (across == axis) continue;
+      for (const int aside : {-1, 1}) {
+        std::array<int, 3> beside = node;
+        beside[across] += aside;
+        std::array<int, 3> gas = beside;
+        gas[axis] += step;
+        const float here = layers_.top().node(beside[0], beside[1], beside[2]);
+        if (!(here < 0) || layers_.top().node(gas[0], gas[1], gas[2]) < 0) continue;
+        if (standing_layer_seen(beside, axis, step, here) != layer) continue;
+        std::array<int, 3> next = beside;
+        next[across] += aside;
+        const float on = 2 * phi(layer, beside) - phi(layer, next);
+        nearest = std::max(nearest.value_or(on), on);
+      }
+    }
+    return nearest;
+  }
+
  private:
   /// phi of a node once nothing is left between it and a standing layer that is seen on an edge:
   /// that of the layer, or, at its underside, the distance to that, as far as what hangs there is
@@ -177,6 +229,7 @@ class InertLayers {
     const float above = phi(layer - 1, solid);
     constexpr float least_slope = 0.7F;  // that of an underside, and of no wall
     if (!(above > 0 && above < 1 && phi(layer - 1, beyond) - above > least_slope)) return bare;
+    if (axis < 2 && wall_laid_bare(layer, solid, axis, old < 0 ? step : -step)) return bare;
     return std::max(bare, std::min(old < 0 ? -above : 1 - above, old + way_));
   }
 
@@ -212,7 +265,7 @@ class Keeper {
                            [&](std::array<int, 3> at, const float* old, float wanted) -> NewPhi {
                              if (standing_.standing_layer_at(at) != InertLayers::none)
                                return wanted;
-                             return limit_outside(at, old, not_held_back(at, old, wanted));
+                             return limit_outside(at, old, not_held_back(at, old, wanted), moved);
                            });
     const double inside =
         for_each_near_node(layers_, limited, moved,
@@ -252,7 +305,8 @@ class Keeper {
 
   /// Gas next to a standing layer's surface keeps phi or loses what grows; what else is next to a
   /// buried interface gets at most its distance to that.
-  NewPhi limit_outside(std::array<int, 3> node, const float* old, float wanted) const {
+  NewPhi limit_outside(std::array<int, 3> node, const float* old, float wanted,
+                       const LeafValues& moved) const {
     if (wanted < *old) {
       // What grows over a standing layer does so with |grad phi| = 1, though that is near as well.
       return *old >= 0 && !field_.grows_beside_inert && standing_.touches_standing(node)
@@ -260,7 +314,9 @@ class Keeper {
                  : wanted;
     }
     if (*old >= 0) {
-      if (const auto kept = standing_.phi_at_standing(node, old, wanted)) return *kept;
+      if (const auto kept = standing_.phi_at_standing(node, old, wanted)) {
+        return kept->value > *old ? *kept : beside_wall(node, old, wanted, moved);
+      }
     }
     float limit = wanted;
     for (int axis = 0; axis < 3; ++axis) {
@@ -273,6 +329,25 @@ class Keeper {
     return limit;
   }
 
+  /// Gas in the corner between a standing layer's wall and what recedes from it: phi was the
+  /// distance to the latter, and becomes that to the wall.
+  float beside_wall(std::array<int, 3> node, const float* old, float wanted,
+                    const LeafValues& moved) const {
+    const auto wall = standing_.hidden_wall(node, old);
+    if (!wall) return *old;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int step : {-1, 1}) {
+        std::array<int, 3> other = node;
+        other[axis] += step;
+        const bool is_still_beside = old[step * axis_strides[axis]] < 0 &&
+                                     new_phi(other, moved) < 0 &&
+                                     standing_.standing_layer_at(other) == InertLayers::none;
+        if (is_still_beside) return std::min(wanted, *wall);
+      }
+    }
+    return *wall;
+  }
+
   /// Inside a standing layer: where its surface was seen phi stays; where it becomes exposed the
   /// buried interface becomes the surface; elsewhere phi stays behind both.
   NewPhi limit_inside(int layer, std::array<int, 3> node, const float* old, float wanted,
@@ -281,6 +356,7 @@ class Keeper {
       return wanted < *old ? wanted : *seen;
     }
     bool becomes_exposed = false;
+    std::optional<float> wall;
     for (int axis = 0; axis < 3; ++axis) {
       for (const int step : {-1, 1}) {
         const float there = old[step * axis_strides[axis]];
@@ -288,8 +364,14 @@ class Keeper {
         other[axis] += step;
         becomes_exposed =
             becomes_exposed || (there < 0 && is_bared_from(other, axis, -step, moved));
+        const bool is_beside = axis < 2 && there < 0 && !(new_phi(other, moved) < 0) &&
+                               standing_.phi(layer, other) < 0;
+        if (!is_beside) continue;
+        const auto on = standing_.wall_laid_bare(layer, node, axis, step);
+        if (on) wall = std::max(wall.value_or(*on), *on);
       }
     }
+    if (wall) return std::min(*wall, -smallest_phi);
     const float inside = standing_.phi(layer, node);
     const float kept = std::min(
         layer == 0 ? inside : std::max(inside, -standing_.phi(layer - 1, node)), -smallest_phi);

@@ -14,7 +14,9 @@ bool has_standing_layers(const SpeedField& field);
 /// Speeds next to the line where such a layer (a mask) meets one that moves belong to the nearest
 /// surface, so the moving one reaches over by part of a spacing. Here both ends of every edge that
 /// is cut on the standing layer's surface keep their phi: no vertex of that surface moves by one
-/// bit. Where the surface arrives at the layer from below, it is put on the buried interface.
+/// bit. Gas that is nearer to what moves than to the layer's wall knows nothing of that: its phi
+/// becomes the distance to the wall as what moves goes. Where the surface arrives at the layer from
+/// below, it is put on the buried interface; where a wall goes on from above, on that.
 /// Growth remains. What is left of a film beside such a layer goes with it once it is thinner than
 /// 0.05 spacings; the volume of these residues is reported.
 ///

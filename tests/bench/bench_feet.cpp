@@ -2,7 +2,8 @@
 // place of the walls between nodes.
 //
 //   ./dev bench feet [CASE...] [--spacings 20 10 5] [--places 0 0.25 0.5 0.75]
-//                    [--processes NAME...] [--across 6 10 20 40] [--reference 40 80] [--json]
+//                    [--processes NAME...] [--across 6 10 20 40] [--reference 40 80]
+//                    [--slopes 0 15 30 45 60] [--kinds along aslant up down] [--json]
 //
 // fin:         when a fin 200 nm wide is gone, against half its width by the rate; in spacings.
 // directional: a trench 200 nm wide through 200 nm of oxide, which has 200 s more in silicon that
@@ -12,6 +13,7 @@
 // ions:        lowest point and micro-trench under ions that walls reflect, in nm.
 // errors:      how often errors of lowest points and micro-trenches are within those that metrology
 //              states (foot_errors.h), by spacings across an opening.
+// walls:       how rough walls below a mask are that stands on a slope (slope_walls.h).
 //
 // Of several places the table has the mean, and the largest distance from it. Ratios are values in
 // spacings and cells, those of ions by that of the finest spacing, and parts that are within.
@@ -37,6 +39,7 @@
 #include "levelset/metrology/cross_section.h"
 #include "tests/bench/bench_main.h"
 #include "tests/bench/foot_errors.h"
+#include "tests/bench/slope_walls.h"
 
 namespace scarp::bench {
 namespace {
@@ -50,6 +53,7 @@ struct Settings {
   std::vector<double> spacings{20, 10, 5};
   std::vector<double> places{0, 0.25, 0.5, 0.75};
   FootErrorSettings errors{};
+  SlopeWallSettings walls{};
   bool json = false;
 };
 
@@ -116,8 +120,9 @@ const std::vector<Case> all_cases{
        true}}},
 };
 
-/// A case that is measured elsewhere.
+/// Cases that are measured elsewhere.
 const std::string errors_name = "errors";
+const std::string walls_name = "walls";
 
 Json summary_of(const Case& of, const std::string& scheme, double spacing, double place) {
   const TemporaryFolder folder;
@@ -215,6 +220,13 @@ void run_cases(const Settings& settings) {
       results["ratios"][fmt::format("{}_{}_within", errors_name, name)] = part;
     if (!settings.json) print_foot_errors(found);
   }
+  if (is_wanted(settings, walls_name)) {
+    SlopeWallSettings walls = settings.walls;
+    walls.spacings = settings.spacings;
+    walls.places = settings.places;
+    const Json& found = results["absolute"][walls_name] = slope_walls(walls);
+    if (!settings.json) print_slope_walls(found);
+  }
   if (settings.json) std::cout << results.dump(2) << '\n';
 }
 
@@ -224,7 +236,7 @@ void run_cases(const Settings& settings) {
 int main(int argc, char** argv) {
   scarp::bench::Settings settings;
   const auto declare = [&](CLI::App& app) {
-    std::vector<std::string> names{scarp::bench::errors_name};
+    std::vector<std::string> names{scarp::bench::errors_name, scarp::bench::walls_name};
     for (const auto& each : scarp::bench::all_cases) names.push_back(each.name);
     app.add_option("cases", settings.cases, "Cases; all without any")->check(CLI::IsMember(names));
     app.add_option("--spacings", settings.spacings, "In nm");
@@ -235,6 +247,9 @@ int main(int argc, char** argv) {
     app.add_option("--reference", settings.errors.reference,
                    "Of errors: two of them, extrapolated from, the coarser one first")
         ->expected(2);
+    app.add_option("--slopes", settings.walls.slopes, "Of walls: of the mask's underside, degrees");
+    app.add_option("--kinds", settings.walls.kinds, "Of walls; all without any")
+        ->check(CLI::IsMember(scarp::bench::slope_wall_kinds()));
     app.add_flag("--json", settings.json, "One object on standard output");
   };
   return scarp::bench::bench_main(argc, argv, "how exact ends and feet of walls are", declare,

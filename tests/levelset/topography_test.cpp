@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <memory>
 #include <numbers>
 #include <numeric>
 #include <optional>
@@ -302,6 +303,75 @@ TEST(Mask, AnUndercutLaysItsUndersideBare) {
     for (double x = 9; x < 20; x += 0.5)
       EXPECT_NEAR(layers.top().distance({x, 0, foot}), 0, 0.25) << foot << " " << x;
   }
+}
+
+/// A film below a mask whose edge runs along y: how far the wall that a beam from above leaves in
+/// the film lies from the plane below that edge, at most. The film's top, on which the mask stands,
+/// has the given slope and is at the given height at the middle of the edge. Units: spacings.
+double wall_roughness(double edge, double foot, Vec3d slope) {
+  constexpr double etched = 6;
+  constexpr double far = 100;
+  const auto top = [&](const Vec3d& r) { return foot + slope.x * (r.x - edge) + slope.y * r.y; };
+  const auto film = std::make_shared<TriMesh>();
+  for (const double x : {-far, far})
+    for (const double y : {-far, far}) film->vertices.push_back(Vec3f(Vec3d{x, y, top({x, y, 0})}));
+  film->triangles = {{0, 2, 3}, {0, 3, 1}};
+  constexpr double beyond = 10;
+  Layers layers = build_layers(
+      {.spacing = 1, .cells = {24, 14}},
+      std::vector<Shape>{
+          WaferShape{.material = 0}, MeshShape{.mesh = film, .material = 1},
+          MaskShape{.material = 2,
+                    .thickness = 4,
+                    .outline = SlotOutline{.width = 2 * (beyond - edge), .centre = beyond}}});
+  const AngularFactor beam = CosineResponse({0, 0, -1});
+  constexpr double dt = 0.4;
+  for (double time = 0; time < etched - 1e-9; time += dt) {
+    const OpenGas gas = open_gas(layers);
+    const TriMesh mesh = extract_surface(layers, gas);
+    const CornerSpeeds still(mesh.triangles.size(), {0, 0, 0});
+    CornerSpeeds speed;
+    for (const Vec3f& n : facet_normals(mesh)) {
+      const float each = -beam.value(n);
+      speed.push_back({each, each, each});
+    }
+    const LayerSpeeds stays{.speed = still, .parts = {still, still}};
+    const LayerSpeeds goes{.speed = speed,
+                           .parts = {still, CornerSpeeds(mesh.triangles.size(), {-1, -1, -1})}};
+    FacetTree facets(mesh);
+    advect(layers,
+           extend_speeds(layers, gas, facets, std::vector{stays, goes, stays}, {&beam, 1}, dt,
+                         close_facets),
+           dt);
+  }
+  double roughest = 0;
+  const double corner = 2.5 + std::abs(slope.x) + std::abs(slope.y);  // blunt next to the floor
+  for (const Vec3f& vertex : extract_surface(layers).vertices) {
+    const Vec3d r(vertex);
+    const bool is_of_wall = r.z < top({edge, r.y, 0}) + 0.01 && r.z > top(r) - etched + corner &&
+                            std::abs(r.x - edge) < 2 && std::abs(r.y) < 4;
+    if (is_of_wall) roughest = std::max(roughest, std::abs(r.x - edge));
+  }
+  return roughest;
+}
+
+// Gas just above the film knew the film, and kept that distance for the one to the wall: the wall
+// was rough by up to a spacing unless the film's top was at a height of nodes all along the edge.
+TEST(Mask, StandsOverASmoothWallWhereverItsFootAndEdgeLie) {
+  for (const double edge : {0.0, 0.25, 0.5, 0.75}) {
+    for (const double foot : {20.0, 20.03, 20.4, 20.7})
+      EXPECT_LT(wall_roughness(edge, foot, {}), 0.02) << edge << " " << foot;
+    EXPECT_LT(wall_roughness(edge, 20, {0, 0.6, 0}), 0.02) << edge;
+    EXPECT_LT(wall_roughness(edge, 20, {-0.3, 0, 0}), 0.02) << edge;
+  }
+}
+
+// Where the film's top rises away from the mask, the wedge between is thinner than the grid holds:
+// the mask's wall goes on from above, and its underside is none. It was rough by half a spacing.
+TEST(Mask, StandsOverAWallBesideAFilmThatRises) {
+  for (const double edge : {0.0, 0.25, 0.5, 0.75})
+    for (const double foot : {20.35, 20.85})
+      EXPECT_LT(wall_roughness(edge, foot, {1, 0, 0}), 0.3) << edge << " " << foot;
 }
 
 /// The highest vertex of the surface.
