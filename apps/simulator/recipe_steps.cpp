@@ -230,13 +230,13 @@ class StepReader {
     const auto until = table.has("until") ? std::optional(read_round_end(table)) : std::nullopt;
     const bool was_in_until = std::exchange(in_until_, in_until_ || until);
     ++cycle_depth_;
-    const std::size_t asked_before = asked_materials_.size();
+    const auto asked_before = std::ssize(asked_materials_);
     std::vector<ProcessStep> round = read(inner);
     // From the second round on the steps meet what the one before left. They are the same in all
     // rounds, so they know what the first one meets as well.
     if (count > 1 && reachable_ != known) {
       for (const MaterialId each : known) add_once(each, reachable_);
-      asked_materials_.resize(asked_before);
+      asked_materials_.erase(asked_materials_.begin() + asked_before, asked_materials_.end());
       round = read(inner);
     }
     --cycle_depth_;

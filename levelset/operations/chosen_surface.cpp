@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "levelset/surface/extract_surface.h"
@@ -27,7 +28,8 @@ class Seen {
       const double below = layer == 0 ? infinity : covered(layer - 1, r, normal);
       nearest = std::min(nearest, std::max(covered(layer, r, normal), -below));
     }
-    return nearest;
+    const double most = LevelSet::half_width * spacing_;
+    return std::clamp(nearest, -most, most);
   }
 
  private:
@@ -35,28 +37,30 @@ class Seen {
   static constexpr double thinnest = 0.1;  // spacings; a film that is known to lie on a layer
 
   /// How far other layers lie over a layer and those below it, or how far it is to them: < 0 where
-  /// it is seen. Along a wall the distance to the body tells only above it, as the top cuts the
-  /// body below; inside, beyond that cut, it tells on both sides. A film is seen outside alone.
+  /// it is seen. Outside, the body tells how thick they are; beside an edge of theirs only inside,
+  /// beyond where the top cuts the body, and on both sides of the edge.
   double covered(std::size_t layer, Vec3d r, Vec3d normal) const {
     if (layer + 1 == layers_.stack.size()) return -infinity;
     const LevelSet& body = layers_.stack[layer].phi;
     const Vec3d half = (0.5 * spacing_) * normal;
     // At an edge one side alone tells that nothing lies between.
-    const double film = std::min(above(body, r - half), above(body, r + half));
-    return std::max(inside(body, r, normal), film - thinnest * spacing_);
+    const double thickness =
+        std::min(above(body, r - half), above(body, r + half)) - thinnest * spacing_;
+    const std::optional<double> edge = inside(body, r, normal);
+    return edge && thickness < 0 ? *edge : std::max(edge.value_or(-infinity), thickness);
   }
 
   double above(const LevelSet& body, Vec3d r) const {
     return body.distance(r) - layers_.top().distance(r);
   }
 
-  double inside(const LevelSet& body, Vec3d r, Vec3d normal) const {
+  /// Nothing where solid ends behind.
+  std::optional<double> inside(const LevelSet& body, Vec3d r, Vec3d normal) const {
     for (const double depth : {1.5, 1.0, 0.5}) {
       const Vec3d at = r - (depth * spacing_) * normal;
-      // Solid may end behind.
       if (layers_.top().distance(at) < -0.5 * depth * spacing_) return body.distance(at);
     }
-    return -infinity;
+    return std::nullopt;
   }
 
   const Layers& layers_;
@@ -103,8 +107,7 @@ std::vector<Vec3d> part_below_zero(const std::array<Vec3d, 3>& corners,
 void add_fan(std::span<const Vec3d> polygon, TriMesh& mesh) {
   for (std::size_t n = 2; n < polygon.size(); ++n) {
     const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-    for (const Vec3d& r : {polygon[0], polygon[n - 1], polygon[n]})
-      mesh.vertices.emplace_back(r);
+    for (const Vec3d& r : {polygon[0], polygon[n - 1], polygon[n]}) mesh.vertices.emplace_back(r);
     mesh.triangles.push_back({first, first + 1, first + 2});
   }
 }

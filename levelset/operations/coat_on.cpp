@@ -64,13 +64,14 @@ class ChosenDistance {
 /// Whether a straight way runs through the gas; along walls, too, and over edges, which the grid
 /// rounds.
 bool is_clear(const LevelSet& top, Vec3d from, Vec3d to) {
-  const double room = 0.25 * top.frame().spacing;
+  const double room = 0.1 * top.frame().spacing;
+  const double shortest = 0.25 * top.frame().spacing;
   const double end = length(to - from);
   const Vec3d along = normalized(to - from);
   for (double gone = 0; gone < end;) {
     const double distance = top.distance(from + gone * along);
     if (distance < -room) return false;
-    gone += std::max(distance, 0.0) + room;
+    gone += std::max(distance, shortest);
   }
   return true;
 }
@@ -166,6 +167,7 @@ class Shadow {
       for_each_neighbour(band, node, [&](const Node& from, Vec3d step) {
         if (ways_.count(from) > 0 || is_solid(band, from)) return;
         const StraightWay way = straight_(position(from));
+        if (way.distance >= farthest_) return;  // whether it is clear has not been looked at
         offer(node, prolonged({way.distance, 0, way.step}, position(node) + step, position(node)));
       });
     }
@@ -183,8 +185,7 @@ class Shadow {
   /// The way to a node through the next one.
   Way prolonged(const Way& way, Vec3d from, Vec3d to) const {
     const Vec3d bend = from + way.to_bend;
-    if (is_clear(top_, to, bend))
-      return {way.before + length(to - bend), way.before, bend - to};
+    if (is_clear(top_, to, bend)) return {way.before + length(to - bend), way.before, bend - to};
     if (!is_clear(top_, to, from)) return {};
     // The last place on the way from which the node is seen.
     double seen = 1;
