@@ -16,8 +16,8 @@ namespace scarp {
 /// surface, which knows from both sides where another body begins.
 ///
 /// Shape: triangles do not share vertices; without materials.
-/// Error: borders to a tenth of a spacing on flat surfaces, to a quarter in corners; to half a
-///        spacing at the ends of films thinner than a spacing and a half.
+/// Error: borders to a tenth of a spacing; to 1.25 spacings at the edges of films thinner than a
+///        spacing and a half.
 TriMesh chosen_surface(const Layers& layers, const OpenGas& gas,
                        std::span<const MaterialId> materials);
 

@@ -12,8 +12,8 @@ namespace scarp {
 /// corners, but not through walls. Does not look for necks.
 ///
 /// Units: nm, > 0.
-/// Error: as that of chosen_surface(), and a quarter of a spacing around corners; walls thinner
-///        than half a spacing are no walls.
+/// Error: 0.15 spacings on walls of other materials, a third of a spacing behind each corner; films
+///        go through walls thinner than half a spacing.
 /// Cost:  per node within the thickness a closest-point query and a look at the straight way.
 void coat_on(Layers& layers, double thickness, std::span<const MaterialId> materials);
 

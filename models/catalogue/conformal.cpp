@@ -51,7 +51,7 @@ ModelDescription conformal_description() {
           "throughout by films thinner than half a spacing. Where more than 2^26 nodes lie below "
           "overhangs, necks are not looked for, and the run warns. With on they are never looked "
           "for; the film ends on another material within 0.15 spacings, behind a corner within "
-          "half a spacing.",
+          "a third.",
       .source = "geometry: the Minkowski sum with a ball",
       .parameters = parameters(),
       .read = read,
