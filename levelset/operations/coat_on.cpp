@@ -105,10 +105,13 @@ void for_each_neighbour(const Band& band, const Node& node, const Visit& visit) 
 /// of the solid, not at nodes.
 class Shadow {
  public:
-  Shadow(const Layers& layers, const ChosenDistance& straight, double thickness)
+  /// film: by straight ways.
+  Shadow(const Layers& layers, const ChosenDistance& straight, const LevelSet& film,
+         double thickness)
       : frame_(layers.frame),
         top_(layers.top()),
         straight_(straight),
+        film_(film),
         farthest_(thickness + LevelSet::half_width * frame_.spacing) {
     find_nodes();
     find_ways();
@@ -148,6 +151,8 @@ class Shadow {
 
   bool is_in_shadow(const Node& node) const {
     if (is_solid(top_.band(), node)) return false;
+    // Most nodes are further away.
+    if (!(film_.node(node[0], node[1], node[2]) < LevelSet::half_width)) return false;
     const Vec3d r = position(node);
     const StraightWay way = straight_(r);
     return way.distance < farthest_ && !is_clear(top_, r, r + way.step);
@@ -202,6 +207,7 @@ class Shadow {
   const Frame& frame_;
   const LevelSet& top_;
   const ChosenDistance& straight_;
+  const LevelSet& film_;
   double farthest_;  ///< that matters; nm
   std::map<Node, Way> ways_;
 };
@@ -257,7 +263,7 @@ void coat_on(Layers& layers, double thickness, std::span<const MaterialId> mater
   const LevelSet film(
       frame, [&](Vec3d r) { return straight(r).distance - thickness; },
       layers.top().lower() - margin, layers.top().upper() + thickness + margin);
-  const Shadow shadow(layers, straight, thickness);
+  const Shadow shadow(layers, straight, film, thickness);
   const auto bare = bare_values(layers.top().band(), shadow, thickness);
   fill_gas(layers, film);
   if (!bare.empty()) set_values(bare, layers.top().band());
