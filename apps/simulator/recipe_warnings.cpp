@@ -291,8 +291,7 @@ class Films {
 // Of the flat tops of masks what is left, on an open flat wafer.
 class Masks {
  public:
-  Masks(const Recipe& recipe, OpenSpeeds& speeds)
-      : speeds_(speeds), materials_(recipe.materials) {
+  Masks(const Recipe& recipe, OpenSpeeds& speeds) : speeds_(speeds), materials_(recipe.materials) {
     for (const Shape& shape : recipe.start.shapes)
       if (const auto* const mask = std::get_if<MaskShape>(&shape)) put(*mask);
   }

@@ -191,20 +191,23 @@ class InVain {
   std::string operator()(const ConformalFilm& film) const {
     if (film.on.empty() || film.thickness < same_phi * layers_.frame.spacing)
       return too_thin("thickness");
-    return fmt::format("gas does not reach the materials on which it grows ({}); open them first, "
-                       "or change on",
-                       listed(film.on, materials_));
+    return fmt::format(
+        "gas does not reach the materials on which it grows ({}); open them first, "
+        "or change on",
+        listed(film.on, materials_));
   }
   std::string operator()(const Fill& fill) const {
     const std::string plane = fill.height ? "height" : "above";
     if (fill.narrower_than)
-      return fmt::format("no opening below its plane is narrower than {} nm; raise {} or "
-                         "narrower_than",
-                         rounded_number(*fill.narrower_than), plane);
+      return fmt::format(
+          "no opening below its plane is narrower than {} nm; raise {} or "
+          "narrower_than",
+          rounded_number(*fill.narrower_than), plane);
     if (!fill.on.empty())
-      return fmt::format("below its plane no gas lies straight above its materials ({}); raise {}, "
-                         "or change on",
-                         listed(fill.on, materials_), plane);
+      return fmt::format(
+          "below its plane no gas lies straight above its materials ({}); raise {}, "
+          "or change on",
+          listed(fill.on, materials_), plane);
     return fmt::format("no gas that is joined to the source lies below its plane; raise {}", plane);
   }
   std::string operator()(const MaskFilm& mask) const {

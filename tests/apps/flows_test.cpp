@@ -239,8 +239,8 @@ TEST_F(Flow, AMaskThatIsUsedUpBeforeTheEndOfAStep) {
   // Ended in time, and not known to end at all.
   EXPECT_TRUE(estimate_cost(etch("duration = \"1000 s\"\nuntil = { depth = \"0.5 um\" }\n"))
                   .used_masks.empty());
-  EXPECT_TRUE(estimate_cost(etch("duration = \"1000 s\"\nuntil = { gone = \"Si\" }\n"))
-                  .used_masks.empty());
+  EXPECT_TRUE(
+      estimate_cost(etch("duration = \"1000 s\"\nuntil = { gone = \"Si\" }\n")).used_masks.empty());
 }
 
 // What is stripped wherever it is, later steps need not know; in a cycle those before it do.
@@ -269,9 +269,9 @@ TEST_F(Flow, AfterABuriedStripTheMaterialIsNotMet) {
   // Nor can it be stripped twice, or end a step.
   EXPECT_THAT(error_of(step + mask + step + strip + step + strip),
               testing::HasSubstr("step[2].material: there is no resist on the wafer"));
-  EXPECT_THAT(error_of(step + mask + step + strip + step + silicon +
-                       "until = { gone = \"resist\" }\n"),
-              testing::HasSubstr("there is no resist on the wafer when the step begins"));
+  EXPECT_THAT(
+      error_of(step + mask + step + strip + step + silicon + "until = { gone = \"resist\" }\n"),
+      testing::HasSubstr("there is no resist on the wafer when the step begins"));
   // Deposited again.
   EXPECT_THAT(error_of(step + mask + step + strip + step + mask + step + silicon),
               testing::HasSubstr("step[3].directional_etch_rate: no value for resist"));
@@ -290,8 +290,8 @@ TEST_F(Flow, AfterABuriedStripTheMaterialIsNotMet) {
             "");
   EXPECT_THAT(error_of(twice + inner + silicon + inner + mask),
               testing::HasSubstr("no value for resist"));
-  EXPECT_EQ(error_of(twice + inner + mask + inner + both + "until = { gone = \"resist\" }\n" + inner +
-                     strip),
+  EXPECT_EQ(error_of(twice + inner + mask + inner + both + "until = { gone = \"resist\" }\n" +
+                     inner + strip),
             "");
 }
 
