@@ -13,6 +13,7 @@
 #include "apps/estimate/coarse_run.h"
 #include "apps/estimate/expected_end.h"
 #include "apps/simulator/flux_target.h"
+#include "apps/simulator/recipe_warnings.h"
 #include "apps/simulator/surface_speeds.h"
 #include "core/error.h"
 #include "core/recipe/quantity.h"
@@ -217,6 +218,7 @@ class Estimator {
       if (trials_.has(n, recipe_.steps[n].model.get())) try_step(n);
     for (std::size_t n = 0; n < recipe_.steps.size(); ++n) add(n);
     for (const auto& [n, tried] : tried_) add_memory(n, tried);
+    find_used_masks();
     cost_.rays_per_time_step = rays_ / cost_.time_steps;
     cost_.seconds += (1 + outputs_) * output_seconds_;
     return cost_;
@@ -345,6 +347,21 @@ class Estimator {
     double facets_full = 0;
     double facets = 0;
   };
+
+  void find_used_masks() {
+    std::map<std::size_t, double> ends;
+    for (std::size_t n = 0; n < recipe_.steps.size(); ++n) {
+      const double duration = cost_of_step(n).duration;
+      if (recipe_.steps[n].until && duration < recipe_.steps[n].duration) ends[n] = duration;
+    }
+    const std::vector<UsedMask> known = used_masks(recipe_, {});
+    for (const UsedMask& used : used_masks(recipe_, ends)) {
+      const auto is_this = [&](const UsedMask& each) { return each.step == used.step; };
+      if (std::ranges::none_of(known, is_this))
+        cost_.used_masks.push_back(
+            fmt::format("step \"{}\" {}", recipe_.steps[used.step].name, used.text));
+    }
+  }
 
   // As the surface is when it is largest.
   void add_memory(std::size_t n, const Tried& tried) {

@@ -50,6 +50,9 @@ struct CostEstimate {
   std::vector<std::pair<std::size_t, SimplifyChoice>> left_out{};
   std::vector<ExpectedEnd> ends{};         ///< of steps with an end condition, repeated ones once
   std::vector<std::string> standstills{};  ///< what to say of steps that move nothing, likewise
+  /// The same of those that use up a mask before the end that is expected of them; what the recipe
+  /// alone tells is not repeated.
+  std::vector<std::string> used_masks{};
 };
 
 /// Warns of fluxes that take longer than FluxPlan::warn_above to reach their target, with a target

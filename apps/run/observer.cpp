@@ -46,6 +46,8 @@ void Observer::look_at(const State& state, const Move& move, std::size_t step) {
   if (state.step != step) {
     tell_end(recipe_.steps[step], state, step);
     tell_standstill(recipe_.steps[step]);
+    if (move.is_in_vain && still_paths_.insert(recipe_.steps[step].path).second)
+      log_.warn(standstill_text(recipe_.steps[step], state.layers, recipe_.materials));
     tell_rounds(recipe_.steps[step], state, step);
   }
   if (move.islands.empty()) return;

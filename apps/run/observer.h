@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <set>
 #include <span>
+#include <string>
 #include <utility>
 
 #include "apps/simulator/recipe.h"
@@ -47,6 +48,7 @@ class Observer {
   Log log_;
   Movement movement_;
   std::set<const SurfaceModel*> still_models_;
+  std::set<std::string> still_paths_;  // of steps that act at once
   std::set<std::pair<const SurfaceModel*, SimplifyChoice>> left_out_;
 
   std::set<MaterialId> masks_;  // that are there

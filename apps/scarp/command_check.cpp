@@ -110,6 +110,7 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
   const CostEstimate cost = estimate_cost(on_part(recipe, found), log, write_trial_output);
   std::vector<std::string> warnings = recipe.warnings;
   warnings.insert(warnings.end(), cost.standstills.begin(), cost.standstills.end());
+  warnings.insert(warnings.end(), cost.used_masks.begin(), cost.used_masks.end());
   if (const auto warning = missed_target_warning(cost, recipe.flux)) warnings.push_back(*warning);
   if (const auto warning = expensive_flux_warning(cost, recipe.flux)) warnings.push_back(*warning);
   if (cost.memory.total() > memory_limit) {

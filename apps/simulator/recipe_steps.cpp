@@ -199,7 +199,7 @@ double read_duration(const RecipeTable& table, const ModelDescription* model) {
 class StepReader {
  public:
   StepReader(Recipe& recipe, std::vector<MaterialId> reachable)
-      : recipe_(recipe), reachable_(std::move(reachable)) {}
+      : recipe_(recipe), reachable_(std::move(reachable)), occurring_(reachable_) {}
 
   std::vector<ProcessStep> read(std::span<const RecipeTable> tables) {
     std::vector<ProcessStep> steps;
@@ -214,7 +214,7 @@ class StepReader {
   }
 
   /// What the wafer consists of before the first step, and what steps have added.
-  const std::vector<MaterialId>& reachable() const { return reachable_; }
+  const std::vector<MaterialId>& occurring() const { return occurring_; }
 
  private:
   std::vector<ProcessStep> read_cycle(const RecipeTable& table) {
@@ -226,13 +226,19 @@ class StepReader {
       table.accept_rest();
       return {};
     }
-    // In the second round the steps meet what the first one left.
     const auto known = reachable_;
     const auto until = table.has("until") ? std::optional(read_round_end(table)) : std::nullopt;
     const bool was_in_until = std::exchange(in_until_, in_until_ || until);
     ++cycle_depth_;
+    const auto asked_before = std::ssize(asked_materials_);
     std::vector<ProcessStep> round = read(inner);
-    if (count > 1 && reachable_ != known) round = read(inner);
+    // From the second round on the steps meet what the one before left. They are the same in all
+    // rounds, so they know what the first one meets as well.
+    if (count > 1 && reachable_ != known) {
+      for (const MaterialId each : known) add_once(each, reachable_);
+      asked_materials_.erase(asked_materials_.begin() + asked_before, asked_materials_.end());
+      round = read(inner);
+    }
     --cycle_depth_;
     in_until_ = was_in_until;
     if (is_too_many(table, static_cast<double>(count) * static_cast<double>(round.size())))
@@ -273,7 +279,7 @@ class StepReader {
     if (!condition.material) return;
     const bool is_depth = condition.kind == EndCondition::Kind::depth;
     asked_materials_.push_back(
-        {until, is_depth ? "material" : name_of(condition.kind), *condition.material});
+        {until, is_depth ? "material" : name_of(condition.kind), *condition.material, reachable_});
   }
 
   std::vector<ProcessStep> read_one(const RecipeTable& table) {
@@ -302,12 +308,13 @@ class StepReader {
     if (step.model) step.factors = step.model->angular().factors();
     step.operation = made.operation;
     step.keep_free = keep_free_ = table.flag("keep_free", keep_free_);
-    if (table.has("until")) step.until = read_until(table, step);
-    if (step.deposits &&
-        std::find(reachable_.begin(), reachable_.end(), *step.deposits) == reachable_.end()) {
-      reachable_.push_back(*step.deposits);
+    if (step.deposits) {
+      add_once(*step.deposits, reachable_);
+      add_once(*step.deposits, occurring_);
     }
+    if (table.has("until")) step.until = read_until(table, step);
     step.meets = reachable_;
+    if (step.operation) take_away(*step.operation);
     if (!table.ok()) return {step};
     if (step.model) refuse_asymmetry(table, *step.model, recipe_.domain.frame);
     if (step.operation) {
@@ -317,6 +324,16 @@ class StepReader {
     if (step.model) refuse_position_error(table, step, recipe_.flux.position_error);
     refuse_endless_step(table, step, recipe_.longest_move(), recipe_.materials.size());
     return {step};
+  }
+
+  // What is stripped wherever it is, no later step meets.
+  void take_away(const LayerOperation& operation) {
+    const auto* const strip = std::get_if<Strip>(&operation);
+    if (strip != nullptr && strip->buried) std::erase(reachable_, strip->material);
+  }
+
+  static void add_once(MaterialId material, std::vector<MaterialId>& materials) {
+    if (std::ranges::find(materials, material) == materials.end()) materials.push_back(material);
   }
 
   EndCondition read_until(const RecipeTable& table, const ProcessStep& step) {
@@ -341,10 +358,12 @@ class StepReader {
 
   // Once all is known that a step can meet; of a cycle, what the whole cycle deposits.
   void refuse_unknown_materials() {
-    for (const auto& [until, key, material] : asked_materials_) {
-      if (std::ranges::find(reachable_, material) != reachable_.end()) continue;
+    for (const auto& [until, key, material, reachable] : asked_materials_) {
+      std::vector<MaterialId> there = reachable;
+      for (const MaterialId each : reachable_) add_once(each, there);
+      if (std::ranges::find(there, material) != there.end()) continue;
       std::string known;
-      for (const MaterialId each : reachable_)
+      for (const MaterialId each : there)
         known += (known.empty() ? "" : ", ") + recipe_.materials[each].name;
       until.error(key, fmt::format("there is no {} on the wafer when the step begins; there is {}",
                                    recipe_.materials[material].name, known));
@@ -356,10 +375,12 @@ class StepReader {
     RecipeTable until;
     std::string key;
     MaterialId material;
+    std::vector<MaterialId> reachable;  ///< when the step begins
   };
 
   Recipe& recipe_;
-  std::vector<MaterialId> reachable_;
+  std::vector<MaterialId> reachable_;  ///< by the next step
+  std::vector<MaterialId> occurring_;  ///< at any time
   std::vector<AskedMaterial> asked_materials_;
   int cycle_depth_ = 0;
   bool in_until_ = false;
@@ -413,7 +434,7 @@ void read_steps(const RecipeTable& root, Recipe& recipe) {
     }
     StepReader reader(recipe, std::move(found));
     recipe.steps = reader.read(tables);
-    recipe.occurring = reader.reachable();
+    recipe.occurring = reader.occurring();
   }
   if (tables.empty() && root.ok("step"))
     root.error("step", "there is no step; add a [[step]] table");

@@ -288,26 +288,14 @@ class Films {
   std::map<MaterialId, Film> films_;
 };
 
-// Masks whose flat tops are etched away before the last step that etches them ends, on an open flat
-// wafer. Steps with an end condition count in full where nothing else is known of them.
+// Of the flat tops of masks what is left, on an open flat wafer.
 class Masks {
  public:
-  Masks(const RecipeTable& root, OpenSpeeds& speeds, const Materials& materials)
-      : root_(root), speeds_(speeds), materials_(materials) {}
-
-  void put(const MaskShape& mask) { left_[mask.material] = mask.thickness; }
-
-  void warn(std::span<const ProcessStep> steps) {
-    for (const ProcessStep& step : steps) {
-      if (step.operation) {
-        act(*step.operation);
-      } else {
-        etch(step);
-      }
-    }
+  Masks(const Recipe& recipe, OpenSpeeds& speeds) : speeds_(speeds), materials_(recipe.materials) {
+    for (const Shape& shape : recipe.start.shapes)
+      if (const auto* const mask = std::get_if<MaskShape>(&shape)) put(*mask);
   }
 
- private:
   void act(const LayerOperation& operation) {
     if (const auto* const mask = std::get_if<MaskFilm>(&operation)) put(mask->shape);
     if (const auto* const strip = std::get_if<Strip>(&operation)) left_.erase(strip->material);
@@ -315,23 +303,26 @@ class Masks {
     if (std::holds_alternative<Planarise>(operation)) left_.clear();
   }
 
-  void etch(const ProcessStep& step) {
+  // What to say of those that are used up now.
+  std::vector<std::string> etch(const SurfaceModel& model, double duration) {
+    std::vector<std::string> used;
     for (auto& [material, left] : left_) {
-      const double rate = -speeds_.speed(*step.model, material);
-      if (!(rate > 0) || left <= 0 || step.until) continue;
-      const double before = std::exchange(left, left - rate * step.duration);
+      const double rate = -speeds_.speed(model, material);
+      if (!(rate > 0) || left <= 0) continue;
+      const double before = std::exchange(left, left - rate * duration);
       if (left > 0) continue;
-      root_.warning(
-          step.path + '.' + step.duration_key,
-          fmt::format("uses up the mask: on an open flat wafer {} of {} are gone after {} "
-                      "of {}; use a thicker mask, or a shorter step",
-                      length_text(before), materials_[material].name,
-                      format_quantity(before / rate, Dimension::time),
-                      format_quantity(step.duration, Dimension::time)));
+      used.push_back(
+          fmt::format("uses up the mask: on an open flat wafer {} of {} are gone after {} s of {} "
+                      "s; use a thicker mask, or a shorter step",
+                      length_text(before), materials_[material].name, rounded_number(before / rate),
+                      rounded_number(duration)));
     }
+    return used;
   }
 
-  const RecipeTable& root_;
+ private:
+  void put(const MaskShape& mask) { left_[mask.material] = mask.thickness; }
+
   OpenSpeeds& speeds_;
   const Materials& materials_;
   std::map<MaterialId, double> left_;  // thickness; nm
@@ -388,10 +379,29 @@ void judge_coarseness(const RecipeTable& root, const Recipe& recipe) {
     UnheldFilms(shapes, start, frame.spacing, speeds, recipe.materials).refuse(recipe.steps);
   }
   Films(root, frame.spacing, speeds).warn(recipe.steps);
-  Masks masks(root, speeds, recipe.materials);
-  for (const Shape& shape : start)
-    if (const auto* const mask = std::get_if<MaskShape>(&shape)) masks.put(*mask);
-  masks.warn(recipe.steps);
+  for (const UsedMask& used : used_masks(recipe, {})) {
+    const ProcessStep& step = recipe.steps[used.step];
+    root.warning(step.path + '.' + step.duration_key, used.text);
+  }
+}
+
+std::vector<UsedMask> used_masks(const Recipe& recipe, const std::map<std::size_t, double>& ends) {
+  OpenSpeeds speeds(recipe.steps, recipe.materials.size());
+  Masks masks(recipe, speeds);
+  std::vector<UsedMask> used;
+  for (std::size_t n = 0; n < recipe.steps.size(); ++n) {
+    const ProcessStep& step = recipe.steps[n];
+    if (step.operation) {
+      masks.act(*step.operation);
+      continue;
+    }
+    const auto end = ends.find(n);
+    if (step.until && end == ends.end()) continue;
+    const double duration = step.until ? end->second : step.duration;
+    for (std::string& text : masks.etch(*step.model, duration))
+      used.push_back({n, std::move(text)});
+  }
+  return used;
 }
 
 }  // namespace scarp

@@ -1,5 +1,10 @@
 #pragma once
 
+#include <cstddef>
+#include <map>
+#include <string>
+#include <vector>
+
 #include "apps/simulator/recipe.h"
 #include "core/recipe/recipe_table.h"
 
@@ -14,5 +19,18 @@ inline constexpr double least_feature_width = 5;
 /// add or cut nothing. An error is a film thinner
 /// than a spacing that is sure to lose what holds it.
 void judge_coarseness(const RecipeTable& root, const Recipe& recipe);
+
+/// A mask that a step uses up, and what to say of it.
+struct UsedMask {
+  std::size_t step = 0;
+  std::string text;
+};
+
+/// Masks whose flat tops are etched away before the last step that etches them ends, on an open
+/// flat wafer.
+///
+/// ends: when steps with an end condition are expected to end, by their numbers; those that are not
+/// there do not count. Units: s from their beginning.
+std::vector<UsedMask> used_masks(const Recipe& recipe, const std::map<std::size_t, double>& ends);
 
 }  // namespace scarp

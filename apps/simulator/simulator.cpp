@@ -13,6 +13,7 @@
 #include "levelset/metrology/cross_section.h"
 #include "levelset/motion/advect.h"
 #include "levelset/motion/extend.h"
+#include "levelset/operations/coat_on.h"
 #include "levelset/operations/fill.h"
 #include "levelset/operations/layer_sets.h"
 #include "levelset/operations/layer_steps.h"
@@ -157,7 +158,9 @@ Move act_at_once(State& state, const ProcessStep& step, const Materials& materia
   move.dt = step.duration;
   {
     const auto measurement = move.timer.measure("advect");
+    const LevelSet before = state.layers.top().copy();
     std::visit(Operator(state.layers, materials, move), *step.operation);
+    move.is_in_vain = is_same_surface(before, state.layers.top());
     if (!step.keep_free) move.islands = remove_islands(state.layers);
   }
   const bool takes_away = std::holds_alternative<Planarise>(*step.operation) ||

@@ -17,6 +17,7 @@ struct Move {
   /// Of other materials than that of a strip, what was too thin to stand free on the grid. Units:
   /// nm^3.
   std::map<MaterialId, double> lost_films{};
+  bool is_in_vain = false;  ///< what acted at once has changed nothing
   StageTimer timer;
 };
 

@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <variant>
 
 #include "core/error.h"
+#include "core/recipe/quantity.h"
 #include "flux/reconstruct.h"
+#include "levelset/grid/exposure.h"
 
 namespace scarp {
 
@@ -163,16 +166,84 @@ Growth growth_of(const Survey& survey, const State& state, std::size_t material_
   return growth;
 }
 
+std::string listed(std::span<const MaterialId> some, const Materials& materials) {
+  std::string names;
+  for (const MaterialId material : some)
+    names += (names.empty() ? "" : ", ") + materials[material].name;
+  return names;
+}
+
+// Why an operation changed nothing, and what to do.
+class InVain {
+ public:
+  InVain(const Layers& layers, const Materials& materials)
+      : layers_(layers), materials_(materials) {}
+
+  std::string operator()(const Planarise& plane) const {
+    if (plane.stop_material)
+      return fmt::format("nothing lies above the {}; leave the step out",
+                         materials_[*plane.stop_material].name);
+    if (plane.height)
+      return fmt::format("the surface lies below {} nm everywhere; lower height",
+                         rounded_number(*plane.height));
+    return too_thin("removal");
+  }
+  std::string operator()(const ConformalFilm& film) const {
+    if (film.on.empty() || film.thickness < same_phi * layers_.frame.spacing)
+      return too_thin("thickness");
+    return fmt::format(
+        "gas does not reach the materials on which it grows ({}); open them first, "
+        "or change on",
+        listed(film.on, materials_));
+  }
+  std::string operator()(const Fill& fill) const {
+    const std::string plane = fill.height ? "height" : "above";
+    if (fill.narrower_than)
+      return fmt::format(
+          "no opening below its plane is narrower than {} nm; raise {} or "
+          "narrower_than",
+          rounded_number(*fill.narrower_than), plane);
+    if (!fill.on.empty())
+      return fmt::format(
+          "below its plane no gas lies straight above its materials ({}); raise {}, "
+          "or change on",
+          listed(fill.on, materials_), plane);
+    return fmt::format("no gas that is joined to the source lies below its plane; raise {}", plane);
+  }
+  std::string operator()(const MaskFilm& mask) const {
+    return fmt::format("its outline leaves no {} in the domain; change its opening or resist",
+                       materials_[mask.shape.material].name);
+  }
+  std::string operator()(const Strip& strip) const {
+    const std::string& name = materials_[strip.material].name;
+    if (!has_material(layers_, strip.material))
+      return fmt::format("there is no {} on the wafer; leave the step out", name);
+    return fmt::format("gas does not reach the {}; open it first, or set buried = true", name);
+  }
+
+ private:
+  static std::string too_thin(const std::string& key) {
+    return fmt::format("less than a thousandth of a spacing changes; raise {}", key);
+  }
+
+  const Layers& layers_;
+  const Materials& materials_;
+};
+
 }  // namespace
 
 std::string standstill_text(const ProcessStep& step, const std::set<MaterialId>& seen,
                             const Materials& materials) {
-  std::string names;
-  for (const MaterialId material : seen)
-    names += (names.empty() ? "" : ", ") + materials[material].name;
+  const std::vector<MaterialId> all(seen.begin(), seen.end());
   return fmt::format(
       "step \"{}\" moved nothing: the rates of {} are 0 on every exposed material ({})", step.name,
-      step.model_name, names);
+      step.model_name, listed(all, materials));
+}
+
+std::string standstill_text(const ProcessStep& step, const Layers& layers,
+                            const Materials& materials) {
+  return fmt::format("step \"{}\" moved nothing: {}", step.name,
+                     std::visit(InVain(layers, materials), *step.operation));
 }
 
 std::vector<std::span<const float>> tallies_on_facets(std::span<const FluxField> flux) {

@@ -26,6 +26,10 @@ std::vector<float> facet_speeds(const State& state, const Survey& survey);
 std::string standstill_text(const ProcessStep& step, const std::set<MaterialId>& seen,
                             const Materials& materials);
 
+/// The same of a step that acted at once and changed nothing, with a remedy.
+std::string standstill_text(const ProcessStep& step, const Layers& layers,
+                            const Materials& materials);
+
 /// All tallies in a row, as models take them.
 std::vector<std::span<const float>> tallies_on_facets(std::span<const FluxField> flux);
 

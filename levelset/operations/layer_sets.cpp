@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <memory>
 #include <vector>
@@ -76,6 +77,17 @@ float without(float phi, float last, float below, float kept) {
                   is_seen ? std::min(std::max(last, kept), below) : std::min({-last, kept, below}));
 }
 
+/// Whether a neighbour along an axis has the other sign.
+bool is_next_to_surface(const Band& band, const Node& node) {
+  const bool is_solid = band.node(node[0], node[1], node[2]) < 0;
+  for (int face = 0; face < 6; ++face) {
+    Node other = node;
+    other[static_cast<std::size_t>(face / 2)] += face % 2 == 0 ? -1 : 1;
+    if ((band.node(other[0], other[1], other[2]) < 0) != is_solid) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 void fill_gas(Layers& layers, const LevelSet& solid) {
@@ -122,6 +134,24 @@ LevelSet top_without(const Layers& layers, std::size_t first, std::size_t last) 
             return without(phi, others[0], others[1], LevelSet::half_width);
           });
   return top;
+}
+
+bool is_same_surface(const LevelSet& a, const LevelSet& b) {
+  const auto has_all_of = [](const Band& one, const Band& other) {
+    return std::ranges::all_of(one.leaves(), [&](const Leaf& leaf) {
+      for (int offset = 0; offset < leaf_size; ++offset) {
+        const float here = leaf.phi[offset];
+        if (std::abs(here) >= 1) continue;
+        const auto [i, j, k] = node_at(leaf, offset);
+        const float there = other.node(i, j, k);
+        // Further away phi may be found anew where the surface stays.
+        if ((here < 0) == (there < 0) && !is_next_to_surface(one, {i, j, k})) continue;
+        if (std::abs(here - there) > same_phi) return false;
+      }
+      return true;
+    });
+  };
+  return has_all_of(a.band(), b.band()) && has_all_of(b.band(), a.band());
 }
 
 }  // namespace scarp

@@ -26,4 +26,7 @@ void take_away(Layers& layers, std::size_t first, std::size_t last, const LevelS
 /// The top layer as if the materials of layers first..last were gas.
 LevelSet top_without(const Layers& layers, std::size_t first, std::size_t last);
 
+/// Whether two surfaces are nowhere further apart than a thousandth of a spacing.
+bool is_same_surface(const LevelSet& a, const LevelSet& b);
+
 }  // namespace scarp

@@ -221,43 +221,6 @@ NecksLeftOut coat(Layers& layers, double thickness, std::size_t most_nodes) {
   return coat(layers, thickness - first, most_nodes);
 }
 
-void coat_on(Layers& layers, double thickness, std::span<const MaterialId> materials) {
-  SCARP_ASSERT(thickness, >, 0.0);
-  TriMesh seen = extract_surface(layers, open_gas(layers));
-  std::size_t kept = 0;
-  for (std::size_t f = 0; f < seen.triangles.size(); ++f) {
-    if (std::ranges::find(materials, seen.materials[f]) == materials.end()) continue;
-    seen.triangles[kept] = seen.triangles[f];
-    seen.materials[kept++] = seen.materials[f];
-  }
-  if (kept == 0) return;
-  seen.triangles.resize(kept);
-  seen.materials.resize(kept);
-  const Frame& frame = layers.frame;
-  const double margin = LevelSet::half_width * frame.spacing;
-  // The band, and the middle of a leaf that may be in it.
-  const double limit = thickness + margin + 8 * frame.spacing;
-  const TriangleTree tree(seen);
-  const auto film_at = [&](Vec3d r) {
-    r = frame.in_section(r);
-    double nearest = limit;
-    bool is_behind = false;
-    const auto look_from = [&](Vec3d from) {
-      const ClosestPoint found = tree.closest(from, nearest);
-      if (!found.found()) return;
-      nearest = found.distance;
-      is_behind = dot(area_vector(seen, found.triangle), from - found.point) < 0;
-    };
-    look_from(r);
-    for (const Image& image : images_of(frame, r, limit)) look_from(image.r);
-    // What lies behind the facet is solid, or on the other side of a wall.
-    return is_behind ? nearest : nearest - thickness;
-  };
-  const LevelSet film(frame, film_at, layers.top().lower() - thickness - margin,
-                      layers.top().upper() + thickness + margin);
-  fill_gas(layers, film);
-}
-
 double highest_point(const Layers& layers, MaterialId material) {
   double highest = -infinity;
   for (std::size_t k = 0; k < layers.stack.size(); ++k) {

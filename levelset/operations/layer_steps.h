@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <span>
 
 #include "levelset/grid/layers.h"
 
@@ -40,13 +39,6 @@ struct NecksLeftOut {
 /// Units: nm, > 0.
 /// Cost:  a few closest-point queries per node of the new band.
 NecksLeftOut coat(Layers& layers, double thickness, std::size_t most_nodes = std::size_t{1} << 26);
-
-/// The same film on some materials alone: all open gas within the thickness of where one of them is
-/// exposed, in front of it. Over an edge of the material the film grows sideways as far. Does not
-/// look for necks.
-///
-/// Units: nm, > 0.
-void coat_on(Layers& layers, double thickness, std::span<const MaterialId> materials);
 
 /// The highest point of a material, seen or buried; minus infinity if there is none of it.
 ///

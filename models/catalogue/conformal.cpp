@@ -43,13 +43,15 @@ ModelDescription conformal_description() {
           "The surface is that which gas from the source can reach, and only gas that is joined "
           "to the source becomes film: closed voids stay as they are. Convex edges are rounded, "
           "gaps narrower than twice the thickness are filled. With on the film starts from these "
-          "materials alone, and grows sideways over their edges as far as upwards.",
+          "materials alone, and grows as far on all ways through the gas.",
       .limits =
           "Geometry, for films whose growth is not of interest: exact to the grid in one step, "
           "whatever the thickness. A cavity behind a neck is coated until the film shuts the neck, "
           "up to half a grid spacing less where the middle of the neck lies between nodes, and "
           "throughout by films thinner than half a spacing. Where more than 2^26 nodes lie below "
-          "overhangs, necks are not looked for, and the run warns.",
+          "overhangs, necks are not looked for, and the run warns. With on they are never looked "
+          "for; the film ends on another material within 0.15 spacings, behind a corner within "
+          "a third.",
       .source = "geometry: the Minkowski sum with a ball",
       .parameters = parameters(),
       .read = read,

@@ -13,8 +13,10 @@
 #include <vector>
 
 #include "apps/estimate/blanket_rates.h"
+#include "apps/estimate/estimate.h"
 #include "apps/run/results.h"
 #include "apps/run/run.h"
+#include "core/error.h"
 #include "core/log.h"
 #include "core/system/read_file.h"
 #include "core/system/temporary_folder.h"
@@ -204,6 +206,93 @@ TEST_F(Flow, AMaskThatIsUsedUp) {
   ASSERT_EQ(run(recipe, folder_, options), RunEnd::complete);
   EXPECT_THAT(said.str(),
               testing::HasSubstr("\"deep etch\" has used up the mask: no resist is left"));
+}
+
+// Of 200 nm at 90 nm/min a mask is gone after 133 1/3 s, told to six digits. With an end condition
+// that is not known before the end is.
+TEST_F(Flow, AMaskThatIsUsedUpBeforeTheEndOfAStep) {
+  const auto etch = [](const std::string& more) {
+    return read_recipe(RecipeSource{
+        .text = flat_section +
+                "[[step]]\nmodel = \"mask\"\nmaterial = \"resist\"\nthickness = \"200 nm\"\n"
+                "opening = { shape = \"trench\", width = \"100 nm\" }\n"
+                "[[step]]\nname = \"deep etch\"\nmodel = \"directional\"\n"
+                "directional_etch_rate = { Si = \"5 nm/s\", resist = \"90 nm/min\" }\n" +
+                more,
+        .name = "flow"});
+  };
+  const Recipe timed = etch("duration = \"200 s\"\n");
+  ASSERT_EQ(timed.warnings.size(), 1U);
+  const std::string what =
+      "uses up the mask: on an open flat wafer 200 nm of resist are gone after 133.333 s of 200 "
+      "s; use a thicker mask, or a shorter step";
+  EXPECT_THAT(timed.warnings[0], testing::HasSubstr(what));
+  EXPECT_TRUE(estimate_cost(timed).used_masks.empty());
+
+  const Recipe ended =
+      etch("duration = \"1000 s\"\nuntil = { depth = \"1 um\", material = \"Si\" }\n");
+  EXPECT_TRUE(ended.warnings.empty());
+  const std::vector<std::string> used = estimate_cost(ended).used_masks;
+  ASSERT_EQ(used.size(), 1U);
+  EXPECT_THAT(used[0], testing::HasSubstr("step \"deep etch\" uses up the mask: on an open flat "
+                                          "wafer 200 nm of resist are gone after 133.333 s of 2"));
+  // Ended in time, and not known to end at all.
+  EXPECT_TRUE(estimate_cost(etch("duration = \"1000 s\"\nuntil = { depth = \"0.5 um\" }\n"))
+                  .used_masks.empty());
+  EXPECT_TRUE(
+      estimate_cost(etch("duration = \"1000 s\"\nuntil = { gone = \"Si\" }\n")).used_masks.empty());
+}
+
+// What is stripped wherever it is, later steps need not know; in a cycle those before it do.
+TEST_F(Flow, AfterABuriedStripTheMaterialIsNotMet) {
+  const std::string mask =
+      "\nmodel = \"mask\"\nmaterial = \"resist\"\nthickness = \"60 nm\"\n"
+      "opening = { shape = \"trench\", width = \"100 nm\" }\n";
+  const std::string strip = "\nmodel = \"strip\"\nmaterial = \"resist\"\nburied = true\n";
+  const auto etch = [](const std::string& rates) {
+    return "\nmodel = \"directional\"\nduration = \"10 s\"\ndirectional_etch_rate = { " + rates +
+           " }\n";
+  };
+  const std::string silicon = etch("Si = \"1 nm/s\"");
+  const std::string both = etch("Si = \"1 nm/s\", resist = \"0 nm/s\"");
+  const auto error_of = [](const std::string& steps) -> std::string {
+    try {
+      read_recipe(RecipeSource{.text = flat_section + steps, .name = "flow"});
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const std::string step = "[[step]]";
+  EXPECT_EQ(error_of(step + mask + step + both + step + strip + step + silicon), "");
+  EXPECT_THAT(error_of(step + mask + step + silicon), testing::HasSubstr("no value for resist"));
+  // Nor can it be stripped twice, or end a step.
+  EXPECT_THAT(error_of(step + mask + step + strip + step + strip),
+              testing::HasSubstr("step[2].material: there is no resist on the wafer"));
+  EXPECT_THAT(
+      error_of(step + mask + step + strip + step + silicon + "until = { gone = \"resist\" }\n"),
+      testing::HasSubstr("there is no resist on the wafer when the step begins"));
+  // Deposited again.
+  EXPECT_THAT(error_of(step + mask + step + strip + step + mask + step + silicon),
+              testing::HasSubstr("step[3].directional_etch_rate: no value for resist"));
+
+  const std::string twice = "[[step]]\nrepeat = 2\n";
+  const std::string inner = "[[step.step]]";
+  EXPECT_EQ(error_of(twice + inner + mask + inner + both + inner + strip + inner + silicon), "");
+  EXPECT_EQ(error_of(twice + inner + silicon + inner + mask + inner + strip), "");
+  EXPECT_THAT(error_of(twice + inner + silicon + inner + strip + inner + mask),
+              testing::HasSubstr("no resist on the wafer"));
+  // In the first round it is met before the strip, in the second one it was left by the mask.
+  EXPECT_THAT(error_of(step + mask + "[[step]]\nrepeat = 2\n" + inner + silicon + inner + strip),
+              testing::HasSubstr("no value for resist"));
+  EXPECT_EQ(error_of(step + mask + "[[step]]\nrepeat = 2\n" + inner + both + inner + strip + step +
+                     silicon),
+            "");
+  EXPECT_THAT(error_of(twice + inner + silicon + inner + mask),
+              testing::HasSubstr("no value for resist"));
+  EXPECT_EQ(error_of(twice + inner + mask + inner + both + "until = { gone = \"resist\" }\n" +
+                     inner + strip),
+            "");
 }
 
 // A film between nodes that a strip leaves without support: what is lost of it is told.

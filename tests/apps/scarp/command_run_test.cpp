@@ -251,6 +251,49 @@ TEST_F(RunCommand, AStepThatMovesNothingIsAWarning) {
                     ::testing::Not(HasSubstr("etch\" moved nothing"))));
 }
 
+// In cycles, too, each is told of once.
+TEST_F(RunCommand, WhatActsAtOnceInVainIsAWarning) {
+  write("r.toml",
+        "[domain]\nmode = \"2d\"\nspacing = \"10 nm\"\nextent = [\"400 nm\"]\n"
+        "[[geometry]]\nshape = \"wafer\"\nmaterial = \"Si\"\n"
+        "[[geometry]]\nshape = \"stack\"\nmaterials = [\"SiO2\", \"polySi\"]\n"
+        "thicknesses = [\"100 nm\", \"100 nm\"]\n"
+        "[[geometry]]\nshape = \"trench\"\nwidth = \"200 nm\"\ndepth = \"100 nm\"\n"
+        "[[step]]\nname = \"cap\"\nmodel = \"conformal\"\nthickness = \"30 nm\"\n"
+        "material = \"Al2O3\"\n"
+        "[[step]]\nname = \"twice\"\nrepeat = 2\n"
+        "[[step.step]]\nname = \"sealed\"\nmodel = \"strip\"\nmaterial = \"SiO2\"\n"
+        "[[step]]\nname = \"buried\"\nmodel = \"conformal\"\nthickness = \"30 nm\"\n"
+        "material = \"W\"\non = [\"polySi\", \"SiO2\"]\n"
+        "[[step]]\nname = \"wide\"\nmodel = \"fill\"\nheight = \"500 nm\"\nmaterial = \"W\"\n"
+        "narrower_than = \"50 nm\"\n"
+        "[[step]]\nname = \"low\"\nmodel = \"fill\"\nheight = \"-50 nm\"\nmaterial = \"Cu\"\n"
+        "[[step]]\nname = \"elsewhere\"\nmodel = \"fill\"\nheight = \"500 nm\"\n"
+        "material = \"Cu\"\non = [\"Si\"]\n"
+        "[[step]]\nname = \"high\"\nmodel = \"planarise\"\nheight = \"500 nm\"\n"
+        "[[step]]\nname = \"polish\"\nmodel = \"planarise\"\nremoval = \"10 nm\"\n"
+        "[[step]]\nname = \"again\"\nmodel = \"planarise\"\nstop_material = \"Al2O3\"\n"
+        "[[step]]\nname = \"plug\"\nmodel = \"fill\"\nabove = \"10 nm\"\nmaterial = \"Cu\"\n"
+        "[[step]]\nname = \"ash\"\nmodel = \"strip\"\nmaterial = \"Cu\"\n"
+        "[[step]]\nname = \"ash again\"\nmodel = \"strip\"\nmaterial = \"Cu\"\n");
+  const Outcome run = scarp("run " + path("r.toml") + " -o " + path("out"));
+  EXPECT_EQ(run.exit_code, 0);
+  const auto says = [&](const std::string& step, const std::string& why) {
+    EXPECT_THAT(run.messages, HasSubstr("warning: step \"" + step + "\" moved nothing: " + why));
+  };
+  says("twice 1: sealed", "gas does not reach the SiO2; open it first, or set buried = true");
+  says("buried", "gas does not reach the materials on which it grows (polySi, SiO2); ");
+  says("wide", "no opening below its plane is narrower than 50 nm; raise height or narrower_than");
+  says("low", "no gas that is joined to the source lies below its plane; raise height");
+  says("elsewhere", "below its plane no gas lies straight above its materials (Si); raise height");
+  says("high", "the surface lies below 500 nm everywhere; lower height");
+  says("again", "nothing lies above the Al2O3; leave the step out");
+  says("ash again", "there is no Cu on the wafer; leave the step out");
+  for (const char* const moves : {"twice 2: sealed", "cap", "polish", "plug", "ash"})
+    EXPECT_THAT(run.messages,
+                ::testing::Not(HasSubstr(std::string("step \"") + moves + "\" moved nothing")));
+}
+
 // 500 nm at 1 nm/s in place of the longest time, and 10 s that are to come; a time step more, as
 // speeds are those before it.
 TEST_F(RunCommand, ProgressCountsToTheExpectedEnd) {

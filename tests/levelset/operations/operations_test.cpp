@@ -8,6 +8,7 @@
 #include "core/parallel.h"
 #include "levelset/grid/band.h"
 #include "levelset/metrology/cross_section.h"
+#include "levelset/operations/coat_on.h"
 #include "levelset/operations/fill.h"
 #include "levelset/operations/layer_steps.h"
 #include "levelset/operations/placed_shapes.h"
@@ -285,31 +286,6 @@ TEST(Fill, OnChosenFloors) {
   const std::vector<MaterialId> on{si};
   fill(layers, 12, {.on = on});
   EXPECT_NEAR(volumes(layers)[metal], 9.2 * 12, 1);
-}
-
-TEST(CoatOn, GrowsOnChosenMaterialsAndOverTheirEdges) {
-  const double width = 10.4;
-  const double film = 5.3;
-  const std::vector<Shape> base{WaferShape{.material = si},
-                                LayerShape{.material = oxide, .thickness = 8},
-                                trench_at(0, width, 8)};
-  Layers layers = build_layers(section_frame(60), base);
-  add_layer(layers, metal);
-  const std::vector<MaterialId> on{si};
-  coat_on(layers, film, on);
-  // Where two materials meet, the one that is seen is known to half a spacing.
-  EXPECT_NEAR(volumes(layers)[metal], width * film, 0.5 * film * 2);
-
-  Layers pad = build_layers(section_frame(60), std::vector<Shape>{WaferShape{.material = si}});
-  MaskShape island{.material = oxide, .thickness = 2, .outlines = MaskShape::Outlines::resist};
-  island.outline = SlotOutline{.width = 20};
-  place_shapes(pad, std::vector<Shape>{island});
-  add_layer(pad, metal);
-  const std::vector<MaterialId> on_oxide{oxide};
-  coat_on(pad, film, on_oxide);
-  // Over the top, and beyond the edges a quarter of a disc and the wall of the pad.
-  const double beside = 2 * (3.14159265 * film * film / 4 + 2 * film);
-  EXPECT_NEAR(volumes(pad)[metal], 20 * film + beside, 0.03 * (20 * film + beside));
 }
 
 TEST(Operations, AreTheSameOnAnyNumberOfThreads) {
