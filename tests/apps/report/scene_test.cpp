@@ -44,8 +44,7 @@ std::vector<double> times_of(const ScenePane& pane) {
 
 class SceneHtml : public ::testing::Test {
  protected:
-  void SetUp() override {
-  }
+  void SetUp() override {}
 };
 
 TEST(Scene, WhatFitsStays) {
