@@ -1,6 +1,8 @@
 #include "models/blanket_rates.h"
 
 #include <algorithm>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "core/error.h"
@@ -16,6 +18,73 @@ const Parameter blanket_rate{
     .dimension = Dimension::rate,
     .limits = {.fallback = "0 nm/s", .minimum = 0, .maximum = fastest_rate},
     .meaning = "etch rate of an open flat wafer, to which the rates are scaled; 0: as they are"};
+
+/// By how much the wanted rates exceed those of the model.
+class Scaling {
+ public:
+  Scaling(const RecipeTable& step, const StepScope& scope, const StepModel& made)
+      : step_(step),
+        scope_(scope),
+        deposits_(made.deposits),
+        named_(step.rows(blanket_rate.name)),
+        speeds_(open_wafer_speeds(*made.model, scope.materials.size())) {}
+
+  /// One per material; nothing where a rate cannot be had.
+  std::optional<std::vector<float>> factors() const {
+    const std::vector<float> wanted = read_per_material(
+        step_, blanket_rate, {.materials = scope_.materials, .reachable = {}}, std::nullopt);
+    if (!step_.ok(blanket_rate.name)) return std::nullopt;
+    std::vector<float> factors(wanted.size(), 1.0F);
+    for (std::size_t m = 0; m < wanted.size(); ++m) {
+      const auto material = static_cast<MaterialId>(m);
+      const bool is_named = names(material);
+      // What the step itself deposits is no material of the wafer that one value could mean.
+      if (wanted[m] == 0 || (!is_named && material == deposits_)) continue;
+      if (speeds_[m] < 0) {
+        factors[m] = -wanted[m] / speeds_[m];
+      } else if (is_named && is_on_wafer(material)) {
+        refuse(material);
+      }
+    }
+    const bool asks_for_all = named_.empty() || std::ranges::count(named_, "default") > 0;
+    const bool asks = std::ranges::any_of(wanted, [](float rate) { return rate > 0; });
+    if (asks && asks_for_all && !etches_the_wafer())
+      step_.error(blanket_rate.name,
+                  "the step etches no material of the wafer where it is open, so there is nothing "
+                  "to scale; leave it out");
+    return step_.ok(blanket_rate.name) ? std::optional(factors) : std::nullopt;
+  }
+
+ private:
+  bool names(MaterialId material) const {
+    return std::ranges::find(named_, scope_.materials[material].name) != named_.end();
+  }
+
+  bool is_on_wafer(MaterialId material) const {
+    return std::ranges::find(scope_.reachable, material) != scope_.reachable.end();
+  }
+
+  bool etches_the_wafer() const {
+    return std::ranges::any_of(scope_.reachable, [&](MaterialId material) {
+      return material != deposits_ && speeds_[material] < 0;
+    });
+  }
+
+  void refuse(MaterialId material) const {
+    const std::string& name = scope_.materials[material].name;
+    const std::string why = speeds_[material] > 0 && deposits_
+                                ? "on an open wafer of " + name + " the step deposits " +
+                                      scope_.materials[*deposits_].name + " instead of etching"
+                                : "the step does not etch an open wafer of " + name;
+    step_.error(blanket_rate.name, why + ", so its rate has nothing to scale; leave it out");
+  }
+
+  const RecipeTable& step_;
+  const StepScope& scope_;
+  std::optional<MaterialId> deposits_;
+  std::vector<std::string> named_;
+  std::vector<float> speeds_;
+};
 
 }  // namespace
 
@@ -35,25 +104,12 @@ std::vector<float> ScaledRates::speeds(const SurfacePoints& points,
   return speeds;
 }
 
-std::shared_ptr<const SurfaceModel> with_blanket_rates(std::shared_ptr<const SurfaceModel> model,
-                                                       const RecipeTable& step,
-                                                       const StepScope& scope) {
-  if (!step.has(blanket_rate.name)) return model;
-  const std::vector<float> wanted = read_per_material(
-      step, blanket_rate, {.materials = scope.materials, .reachable = {}}, std::nullopt);
-  const std::vector<float> found = open_wafer_speeds(*model, scope.materials.size());
-  std::vector<float> factors(wanted.size(), 1.0F);
-  for (std::size_t m = 0; m < wanted.size(); ++m) {
-    if (wanted[m] == 0) continue;
-    if (found[m] < 0) {
-      factors[m] = -wanted[m] / found[m];
-    } else {
-      const std::string& name = scope.materials[static_cast<MaterialId>(m)].name;
-      step.error(blanket_rate.name, "the model does not etch an open wafer of " + name +
-                                        ", so its rate has nothing to scale; leave it out");
-    }
-  }
-  return std::make_shared<ScaledRates>(std::move(model), std::move(factors));
+StepModel with_blanket_rates(StepModel made, const RecipeTable& step, const StepScope& scope) {
+  if (!step.has(blanket_rate.name)) return made;
+  Scaling scaling(step, scope, made);
+  if (const auto factors = scaling.factors())
+    made.model = std::make_shared<ScaledRates>(std::move(made.model), *factors);
+  return made;
 }
 
 }  // namespace scarp

@@ -25,10 +25,9 @@ class ScaledRates : public SurfaceModel {
   std::vector<float> factors_;
 };
 
-/// Reads `blanket_rate` from a step, if it is there: rates of open flat wafers that the model is to
-/// have, by material. Units: nm/s.
-std::shared_ptr<const SurfaceModel> with_blanket_rates(std::shared_ptr<const SurfaceModel> model,
-                                                       const RecipeTable& step,
-                                                       const StepScope& scope);
+/// Reads `blanket_rate` from a step, if it is there: rates of open flat wafers that its model is to
+/// have, by material. One value, or default, is for the materials that the model etches; a row for
+/// a material that is not on the wafer is not used. Units: nm/s.
+StepModel with_blanket_rates(StepModel made, const RecipeTable& step, const StepScope& scope);
 
 }  // namespace scarp

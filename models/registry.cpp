@@ -139,7 +139,7 @@ StepModel read_model(const RecipeTable& step, const StepScope& scope) {
   if (model != nullptr) {
     StepModel made = model->read(step, scope);
     if (made.model && model->takes_blanket_rates)
-      made.model = with_blanket_rates(std::move(made.model), step, scope);
+      return with_blanket_rates(std::move(made), step, scope);
     return made;
   }
   if (step.ok("model")) step.error("model", unknown_model_text(name));

@@ -235,7 +235,7 @@ class Estimator {
     begin_step(state_, recipe_.steps);
     Survey first = survey(state_, few_rays_);
     constexpr std::chrono::milliseconds unnoticed{500};
-    if (std::chrono::steady_clock::now() - began_ > unnoticed) {
+    if (step.model && std::chrono::steady_clock::now() - began_ > unnoticed) {
       log_.info(fmt::format("tries the first time steps of step \"{}\" ({} of {})", step.name,
                             n + 1, recipe_.steps.size()));
     }

@@ -9,6 +9,7 @@
 #include "apps/run/markup.h"
 #include "apps/run/svg.h"
 #include "core/parallel.h"
+#include "core/plain_number.h"
 #include "levelset/metrology/contour.h"
 
 namespace scarp {
@@ -332,21 +333,21 @@ std::string apart_svg(const Comparison& comparison) {
       curve.lines.back().push_back({1e-3 * along, distance(point) / comparison.spacing});
     }
   }
-  return plot_svg(
-      {.title = fmt::format("Distance between these profiles at t = {:.4g} s", last.time),
-       .x_label = fmt::format("along the profile of {} [um]", comparison.first),
-       .y_label = "[spacings]",
-       .curves = {curve}});
+  return plot_svg({.title = fmt::format("Distance between these profiles at t = {} s",
+                                        plain_number(last.time, 4)),
+                   .x_label = fmt::format("along the profile of {} [um]", comparison.first),
+                   .y_label = "[spacings]",
+                   .curves = {curve}});
 }
 
 std::string flux_svg(const ComparedFlux& flux, const Comparison& comparison) {
-  Plot plot{
-      .title = fmt::format(
-          "{} at t = {:.4g} s: difference {:.2g} rms{}", flux.name, flux.time, flux.rms_difference,
-          flux.rms_std_error ? fmt::format(", by chance {:.2g}", *flux.rms_std_error) : ""),
-      .x_label = fmt::format("along the profile of {} [um]", comparison.first),
-      .y_label = "flux, relative to an open wafer",
-      .curves = {}};
+  Plot plot{.title = fmt::format(
+                "{} at t = {} s: difference {:.2g} rms{}", flux.name, plain_number(flux.time, 4),
+                flux.rms_difference,
+                flux.rms_std_error ? fmt::format(", by chance {:.2g}", *flux.rms_std_error) : ""),
+            .x_label = fmt::format("along the profile of {} [um]", comparison.first),
+            .y_label = "flux, relative to an open wafer",
+            .curves = {}};
   Curve first{.name = comparison.first, .colour = 0, .lines = {{}}};
   Curve second{.name = comparison.second, .colour = 1, .is_dashed = true, .lines = {{}}};
   for (std::size_t n = 0; n < flux.place.size(); ++n) {

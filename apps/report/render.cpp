@@ -7,10 +7,12 @@
 #include <span>
 #include <vector>
 
+#include "apps/report/cut_face.h"
 #include "apps/run/picture.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "flux/rays/ray_scene.h"
+#include "levelset/metrology/cross_section.h"
 #include "levelset/surface/extract_surface.h"
 #include "levelset/surface/resample.h"
 
@@ -184,38 +186,32 @@ struct FacePoint {
   int axis;
   double clearance;  ///< to the next line
 
-  /// Whether another one looks the same for sure: phi may change a little faster than distances.
+  /// Whether another one looks the same for sure.
   bool reaches(const Vec3d& other, int its_axis) const {
-    return axis == its_axis && 1.5 * length(other - r) < clearance;
+    return axis == its_axis && length(other - r) < clearance;
   }
 };
 
 /// The sides and the cut of the block: materials within, their borders as lines.
 class Faces {
  public:
-  /// line: half the width of a border; nm.
-  Faces(const Layers& layers, double line) : layers_(layers), line_(line) {}
+  /// Of a block as the camera sees it. line: half the width of a border; nm.
+  Faces(const Layers& layers, const Block& block, const Camera& camera, double line) {
+    const std::vector<TriMesh> surfaces = layer_surfaces(layers);
+    for (const int axis : {0, 1}) {
+      const double position = camera.forward[axis] > 0 ? block.lower[axis] : block.upper[axis];
+      faces_.emplace_back(layers, surfaces, axis, position, line);
+    }
+  }
 
   /// Nothing in the gas.
   std::optional<FacePoint> face_point(const Vec3d& r, int axis) const {
-    if (!(layers_.top().distance(r) < 0)) return std::nullopt;
-    return within(r, axis);
-  }
-
-  /// Of a place in the solid.
-  FacePoint within(const Vec3d& r, int axis) const {
-    FacePoint found{.colour = on_face(axis, layers_.stack.back().material),
-                    .r = r,
-                    .axis = axis,
-                    .clearance = 1e300};
-    for (const Layer& layer : layers_.stack) {
-      const double distance = layer.phi.distance(r);
-      found.clearance = std::min(found.clearance, std::abs(distance) - line_);
-      if (found.clearance < 0) found.colour = ink;
-      if (found.clearance >= 0 && distance < 0) found.colour = on_face(axis, layer.material);
-      if (found.clearance < 0 || distance < 0) break;
-    }
-    return found;
+    const FacePlace place = faces_[static_cast<std::size_t>(axis)].at(r[1 - axis], r.z);
+    if (!place.material) return std::nullopt;
+    return FacePoint{.colour = place.clearance < 0 ? ink : on_face(axis, *place.material),
+                     .r = r,
+                     .axis = axis,
+                     .clearance = place.clearance};
   }
 
  private:
@@ -223,8 +219,7 @@ class Faces {
     return (axis == 1 ? 1.0 : 0.82) * colour_of(material);
   }
 
-  const Layers& layers_;
-  double line_;
+  std::vector<CutFace> faces_;  ///< across x and across y
 };
 
 /// The surface as rays meet it, in units of the grid about an origin.
@@ -360,7 +355,7 @@ class Renderer {
                .origin = origin_of(layers, surface)},
         block_(block_of(layers, surface, options.cut)),
         picture_(Camera(options.azimuth, options.elevation), block_, options.width),
-        faces_(layers, 0.8 * picture_.pixel()),
+        faces_(layers, block_, Camera(options.azimuth, options.elevation), 0.8 * picture_.pixel()),
         shading_(scene_, options.sky_rays) {}
 
   Image run() const {
@@ -417,9 +412,9 @@ class Renderer {
         lit.push_back(sight.sample);
         there.push_back(flights[k]);
       } else if (sight.axis != 2 && scene_.layers.top().distance(sight.exit) < 0) {
-        // Between nodes a sharp edge of the mesh reaches further than phi: there the line went
-        // through solid all the way.
-        seen[sight.sample] = faces_.within(sight.entry, sight.axis).colour;
+        // Rounding: the line passes between a facet and its cut, and went through solid all the
+        // way.
+        seen[sight.sample] = ink;
       }
     }
     shading_.shade(tile_row, lit, there, seen);

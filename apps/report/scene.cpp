@@ -11,6 +11,7 @@
 #include "apps/run/markup.h"
 #include "apps/run/picture.h"
 #include "apps/run/png_file.h"
+#include "core/plain_number.h"
 #include "core/system/base64.h"
 #include "levelset/surface/extract_surface.h"
 #include "mesh/simplify/curvature.h"
@@ -308,8 +309,9 @@ void thin_out(Scene& scene, std::size_t most_bytes) {
 std::string wafer_picture(const SavedWafer& wafer) {
   const Image image = render(
       wafer.layers, {.cut = RenderCut{.axis = 1, .position = 0}, .width = 400, .sky_rays = 1});
-  return embedded_picture("image/png", png_bytes(image),
-                          fmt::format("The wafer at t = {:.4g} s, cut open at y = 0", wafer.time));
+  return embedded_picture(
+      "image/png", png_bytes(image),
+      fmt::format("The wafer at t = {} s, cut open at y = 0", plain_number(wafer.time, 4)));
 }
 
 std::string scene_html(const Scene& scene, const std::string& id, const std::string& pictures) {

@@ -36,13 +36,27 @@ struct Range {
   std::vector<double> ticks() const { return ticks_within(low, high, 5); }
   void widen() {
     if (low > high) low = high = 0;
-    // What differs by its rounding alone is one value.
-    const double rounding = 1e-9 * std::max(std::abs(low), std::abs(high));
+    // What differs by its rounding alone is one value: places on a mesh are single precision.
+    const double rounding = 1e-5 * std::max(std::abs(low), std::abs(high));
     const double room = size() > rounding ? 0.04 * size() : std::max(1.0, std::abs(low));
     low -= room;
     high += room;
   }
 };
+
+/// What stands at the ticks: with as many digits as tell them apart.
+std::vector<std::string> labels_of(const std::vector<double>& ticks) {
+  const double largest =
+      ticks.empty() ? 0 : std::max(std::abs(ticks.front()), std::abs(ticks.back()));
+  int digits = 6;
+  if (ticks.size() > 1 && largest > 0)
+    digits = std::max(digits,
+                      1 + static_cast<int>(std::ceil(std::log10(largest / (ticks[1] - ticks[0])))));
+  std::vector<std::string> labels;
+  labels.reserve(ticks.size());
+  for (const double tick : ticks) labels.push_back(fmt::format("{:.{}g}", tick, digits));
+  return labels;
+}
 
 /// Where values lie on the paper.
 struct Axes {
@@ -80,15 +94,19 @@ std::string grid_of(const Plot& plot, const Axes& axes) {
   const double end = axes.x(axes.ranges[0].high);
   std::string svg =
       fmt::format("<text x=\"{}\" y=\"18\" class=\"title\">{}</text>\n", left, escaped(plot.title));
-  for (const double tick : axes.ranges[0].ticks()) {
-    svg += fmt::format("<path class=\"grid\" d=\"M{:.1f} {:.1f}V{:.1f}\"/>\n", axes.x(tick), top,
-                       axes.bottom_edge);
-    svg += svg_text(axes.x(tick), axes.bottom_edge + 16, fmt::format("{:g}", tick), "middle");
+  const std::vector<double> across = axes.ranges[0].ticks();
+  const std::vector<double> upwards = axes.ranges[1].ticks();
+  const std::vector<std::string> labels_across = labels_of(across);
+  const std::vector<std::string> labels_upwards = labels_of(upwards);
+  for (std::size_t n = 0; n < across.size(); ++n) {
+    svg += fmt::format("<path class=\"grid\" d=\"M{:.1f} {:.1f}V{:.1f}\"/>\n", axes.x(across[n]),
+                       top, axes.bottom_edge);
+    svg += svg_text(axes.x(across[n]), axes.bottom_edge + 16, labels_across[n], "middle");
   }
-  for (const double tick : axes.ranges[1].ticks()) {
-    svg += fmt::format("<path class=\"grid\" d=\"M{:.1f} {:.1f}H{:.1f}\"/>\n", left, axes.y(tick),
-                       end);
-    svg += svg_text(left - 6, axes.y(tick) + 4, fmt::format("{:g}", tick), "end");
+  for (std::size_t n = 0; n < upwards.size(); ++n) {
+    svg += fmt::format("<path class=\"grid\" d=\"M{:.1f} {:.1f}H{:.1f}\"/>\n", left,
+                       axes.y(upwards[n]), end);
+    svg += svg_text(left - 6, axes.y(upwards[n]) + 4, labels_upwards[n], "end");
   }
   svg += svg_text(0.5 * (left + end), axes.bottom_edge + 34, plot.x_label, "middle");
   const double middle = 0.5 * (top + axes.bottom_edge);
@@ -110,6 +128,7 @@ std::string curve_path(const Curve& curve, const Axes& axes) {
   std::string path;
   for (const auto& line : curve.lines) {
     std::vector<Point> points;
+    points.reserve(line.size());
     for (const Point& point : line) points.push_back({axes.x(point[0]), axes.y(point[1])});
     path += svg_line(points);
   }

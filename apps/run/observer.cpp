@@ -8,6 +8,7 @@
 #include "apps/simulator/flux_target.h"
 #include "apps/simulator/region_text.h"
 #include "apps/simulator/surface_speeds.h"
+#include "core/plain_number.h"
 #include "core/printable.h"
 #include "core/recipe/quantity.h"
 
@@ -51,8 +52,8 @@ void Observer::look_at(const State& state, const Move& move, std::size_t step) {
     tell_rounds(recipe_.steps[step], state, step);
   }
   if (move.islands.empty()) return;
-  log_.info(fmt::format("t = {:.4g} s: {} of solid cut off from the wafer, removed", state.time,
-                        counted(count_of(move.islands), "piece")));
+  log_.info(fmt::format("t = {} s: {} of solid cut off from the wafer, removed",
+                        plain_number(state.time, 4), counted(count_of(move.islands), "piece")));
   tell(move.islands);
 }
 
@@ -126,8 +127,8 @@ void Observer::tell_left_out(const State& state, const Survey& now) {
   if (now.simplify_choice == SimplifyChoice::simplify) return;
   const ProcessStep& step = current_step(state, recipe_.steps);
   if (!left_out_.emplace(step.model.get(), now.simplify_choice).second) return;
-  log_.info(fmt::format("step \"{}\", t = {:.4g} s: the mesh is not simplified: {}", step.name,
-                        state.time, reason_of(now.simplify_choice)));
+  log_.info(fmt::format("step \"{}\", t = {} s: the mesh is not simplified: {}", step.name,
+                        plain_number(state.time, 4), reason_of(now.simplify_choice)));
 }
 
 void Observer::tell_missed_targets(const State& state, const Survey& now) {
@@ -142,8 +143,8 @@ void Observer::tell_missed_targets(const State& state, const Survey& now) {
                                          wanted.in_position ? "position" : "flux",
                                          wanted.text(error), wanted.text(wanted.value));
     const TargetKeys keys{.target = wanted.key()};
-    log_.warn(fmt::format("step \"{}\", t = {:.4g} s: {}: {}",
-                          current_step(state, recipe_.steps).name, state.time, what,
+    log_.warn(fmt::format("step \"{}\", t = {} s: {}: {}", current_step(state, recipe_.steps).name,
+                          plain_number(state.time, 4), what,
                           missed_target_text(flux, recipe_.flux.options, keys)));
   }
 }
@@ -158,23 +159,23 @@ void Observer::tell_unfit_coverages(const State& state, const Survey& now) {
                    now.facets.vertices[corners[2]]) /
                   3.0F;
   log_.warn(fmt::format(
-      "step \"{}\", t = {:.4g} s: the coverages of model {} are uncertain by {:.2g} after {} "
+      "step \"{}\", t = {} s: the coverages of model {} are uncertain by {:.2g} after {} "
       "iterations, most at ({:.4g}, {:.4g}, {:.4g}) nm, material {}; more than the tolerance of "
       "{:g}: raise flux.coverage_iterations or flux.coverage_tolerance",
-      step.name, state.time, step.model_name, fit.change, recipe_.flux.coverages.most_iterations,
-      r.x, r.y, r.z, recipe_.materials[now.facets.materials[fit.facet]].name,
-      recipe_.flux.coverages.tolerance));
+      step.name, plain_number(state.time, 4), step.model_name, fit.change,
+      recipe_.flux.coverages.most_iterations, r.x, r.y, r.z,
+      recipe_.materials[now.facets.materials[fit.facet]].name, recipe_.flux.coverages.tolerance));
 }
 
 void Observer::tell_voids(const State& state, const Survey& now, const VoidChanges& changes) {
   if (changes.opened > 0) {
-    log_.info(fmt::format("t = {:.4g} s: {} opened again, {} closed", state.time,
+    log_.info(fmt::format("t = {} s: {} opened again, {} closed", plain_number(state.time, 4),
                           counted(changes.opened, "void"), count_of(now.gas.voids)));
   }
   if (changes.closed.empty()) return;
   std::vector<Region> closed;
   for (const std::size_t n : changes.closed) closed.push_back(now.gas.voids[n]);
-  log_.info(fmt::format("t = {:.4g} s: {} closed, {} in all", state.time,
+  log_.info(fmt::format("t = {} s: {} closed, {} in all", plain_number(state.time, 4),
                         counted(count_of(closed), "void"), count_of(now.gas.voids)));
   tell(closed);
 }

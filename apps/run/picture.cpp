@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "apps/run/svg.h"
+#include "core/plain_number.h"
 #include "core/system/atomic_file.h"
 
 namespace scarp {
@@ -229,7 +230,7 @@ std::string times(const ProfileView& view, double y) {
   const double first = view.earlier.front().time;
   const double last = view.earlier.back().time;
   for (const double time : last > first ? std::vector{first, last} : std::vector{first}) {
-    const std::string label = fmt::format("t = {:.4g} s", time);
+    const std::string label = "t = " + plain_number(time, 4) + " s";
     svg += fmt::format("<path d=\"M{:.1f} {:.1f}h14\" stroke=\"{}\" stroke-width=\"2\"/>", x, y + 7,
                        colour_at(time, view));
     svg += svg_text(x + 20, y + 12, label);

@@ -243,14 +243,15 @@ void Sections::add(double time, const Layers& layers) {
 }
 
 void Sections::write(const fs::path& folder, int number, double time, const Layers& layers,
-                     const std::string& title) {
+                     const std::string& title, const std::string& moment) {
   const std::vector<TriMesh> surfaces = layer_surfaces(layers);
   for (std::size_t n = 0; n < lines_.size(); ++n) {
     const fs::path file = folder / fmt::format("{}_{:04}.csv", section_name(n), number);
-    ProfileView view{.title = title,
-                     .layers = cut(layers, surfaces, lines_[n]),
-                     .left = lines_[n].left,
-                     .right = lines_[n].right};
+    ProfileView view{
+        .title = title + ": " + (lines_[n].text.empty() ? moment : lines_[n].text + ", " + moment),
+        .layers = cut(layers, surfaces, lines_[n]),
+        .left = lines_[n].left,
+        .right = lines_[n].right};
     write_section_csv(file, view.layers, lines_[n], materials_);
     write_svg(fs::path(file).replace_extension(".svg"), view, materials_);
     view.earlier = some_of(earlier_[n]);
@@ -376,10 +377,11 @@ Preview write_preview(const fs::path& folder, const Recipe& recipe) {
   const std::vector<TriMesh> surfaces = layer_surfaces(preview.layers);
   preview.volumes = material_volumes(surfaces, preview.layers.frame);
   const SectionLine line = middle(recipe.domain.frame);
-  const ProfileView view{.title = recipe.title,
-                         .layers = cut(preview.layers, surfaces, line),
-                         .left = line.left,
-                         .right = line.right};
+  const ProfileView view{
+      .title = line.text.empty() ? recipe.title : recipe.title + ": " + line.text,
+      .layers = cut(preview.layers, surfaces, line),
+      .left = line.left,
+      .right = line.right};
   // The mark of a preview comes first.
   write_section_csv(points, view.layers, line, recipe.materials);
   write_vtp(folder / "preview.vtp", preview.surface,

@@ -36,11 +36,11 @@ class Sections {
   void add(double time, const Layers& layers);
 
   /// Writes profile_NNNN.csv and .svg and profiles.svg of the middle; section_K_NNNN.csv and .svg
-  /// and section_K.svg of the others, from 1. title is that of the pictures.
+  /// and section_K.svg of the others, from 1. The pictures are titled "TITLE: y = 0 nm, MOMENT".
   ///
   /// Shape: layers are those of the whole wafer.
   void write(const std::filesystem::path& folder, int number, double time, const Layers& layers,
-             const std::string& title);
+             const std::string& title, const std::string& moment);
 
  private:
   const Materials& materials_;

@@ -19,6 +19,7 @@
 #include "apps/simulator/state_file.h"
 #include "apps/simulator/symmetry.h"
 #include "core/error.h"
+#include "core/plain_number.h"
 #include "core/printable.h"
 #include "core/system/atomic_file.h"
 #include "core/system/read_file.h"
@@ -403,9 +404,9 @@ void ResultFolder::write_output(const State& state, const Survey& survey) {
     write_surface(file(numbered("surface", number, ".vtp")), state, survey,
                   current_step(state, recipe_.steps), recipe_.materials);
     const WholeLayers whole(state.layers);
-    sections().write(path_, number, state.time, whole.get(),
-                     fmt::format("{}: {}, t = {:.4g} s", recipe_.title,
-                                 moment_of(state, recipe_.steps), state.time));
+    sections().write(
+        path_, number, state.time, whole.get(), recipe_.title,
+        moment_of(state, recipe_.steps) + ", t = " + plain_number(state.time, 4) + " s");
     const auto before =
         std::exchange(newest_, measure(whole.get(), written_.openings, state.feet_are_rounded));
     written_.openings = newest_->names;

@@ -15,6 +15,7 @@
 #include "apps/run/restart.h"
 #include "apps/run/tell.h"
 #include "apps/scarp/command_line.h"
+#include "core/plain_number.h"
 #include "core/printable.h"
 #include "core/system/atomic_file.h"
 
@@ -95,9 +96,10 @@ class Progress {
     shown_ = true;
     const double end = expected_end(state, survey, now);
     const std::string line = fmt::format(
-        "{}  step \"{}\"  t = {:.4g} of {}{:.4g} s  {} facets of {}{}", terminal_ ? "\x1b[K" : "",
-        current_step(state, steps_).name, state.time, is_guess(state) ? "about " : "", end,
-        survey.facets.triangles.size(), survey.facets_full, time_left(state, end, now));
+        "{}  step \"{}\"  t = {} of {}{} s  {} facets of {}{}", terminal_ ? "\x1b[K" : "",
+        current_step(state, steps_).name, plain_number(state.time, 4),
+        is_guess(state) ? "about " : "", plain_number(end, 4), survey.facets.triangles.size(),
+        survey.facets_full, time_left(state, end, now));
     tell(line + (terminal_ ? '\r' : '\n'));
   }
 

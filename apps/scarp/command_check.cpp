@@ -14,6 +14,7 @@
 #include "apps/simulator/symmetry.h"
 #include "core/log.h"
 #include "core/parallel.h"
+#include "core/plain_number.h"
 #include "core/printable.h"
 
 namespace scarp {
@@ -49,10 +50,10 @@ void print_left_out(const CostEstimate& cost, std::span<const ProcessStep> steps
                reason_of(choice));
 }
 
-nlohmann::ordered_json rates_of(std::span<const ProcessStep> recipe_steps,
-                                const Materials& materials) {
+nlohmann::ordered_json rates_of(const Recipe& recipe) {
+  const Materials& materials = recipe.materials;
   nlohmann::ordered_json steps = nlohmann::ordered_json::array();
-  for (const StepRates& rates : blanket_rates(recipe_steps, materials.size())) {
+  for (const StepRates& rates : blanket_rates(recipe)) {
     nlohmann::ordered_json speeds = nlohmann::ordered_json::object();
     nlohmann::ordered_json selectivities = nlohmann::ordered_json::object();
     for (const BlanketRate& rate : rates.rates) {
@@ -61,19 +62,21 @@ nlohmann::ordered_json rates_of(std::span<const ProcessStep> recipe_steps,
       if (const auto selectivity = rates.selectivity_to(rate)) selectivities[name] = *selectivity;
     }
     steps.push_back({{"step", rates.step},
-                     {"name", recipe_steps[rates.step].name},
+                     {"name", recipe.steps[rates.step].name},
                      {"rates_nm_s", speeds},
                      {"selectivity_to", selectivities}});
+    const BlanketRate* const fastest = rates.fastest_etched();
+    if (fastest != nullptr) steps.back()["selectivity_of"] = materials[fastest->material].name;
   }
   return steps;
 }
 
-void print_rates(std::span<const ProcessStep> steps, const Materials& materials) {
-  const std::vector<StepRates> all = blanket_rates(steps, materials.size());
+void print_rates(const Recipe& recipe) {
+  const std::vector<StepRates> all = blanket_rates(recipe);
   if (all.empty()) return;
   fmt::print("# Rates on an open flat wafer, and selectivities:\n");
   for (const StepRates& rates : all)
-    fmt::print("#   {}: {}\n", steps[rates.step].name, text_of(rates, materials));
+    fmt::print("#   {}: {}\n", recipe.steps[rates.step].name, text_of(rates, recipe.materials));
 }
 
 void print_ends(const CostEstimate& cost, std::span<const ProcessStep> steps,
@@ -83,10 +86,11 @@ void print_ends(const CostEstimate& cost, std::span<const ProcessStep> steps,
   for (const ExpectedEnd& end : cost.ends) {
     const ProcessStep& step = steps[end.step];
     const bool is_known = end.duration < step.duration;
-    fmt::print("#   {}: {}{}, {}, at most {:.4g} s\n", step.name,
-               text_of(*step.until, materials, frame), over_etch_text(*step.until),
-               is_known ? fmt::format("after about {:.3g} s", end.duration) : "not foreseen",
-               step.duration);
+    fmt::print(
+        "#   {}: {}{}, {}, at most {} s\n", step.name, text_of(*step.until, materials, frame),
+        over_etch_text(*step.until),
+        is_known ? fmt::format("after about {} s", plain_number(end.duration, 3)) : "not foreseen",
+        plain_number(step.duration, 4));
   }
 }
 
@@ -142,7 +146,7 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
         {"at_most", cost.at_most},
         {"mirror_planes", names_of(found.planes)},
         {"simplify_left_out", left_out_of(cost, recipe.steps)},
-        {"blanket_rates", rates_of(recipe.steps, recipe.materials)},
+        {"blanket_rates", rates_of(recipe)},
         {"ends", ends_of(cost, recipe.steps, recipe.materials, recipe.domain.frame)}};
     std::cout << result.dump(2) << '\n';
     return done;
@@ -151,13 +155,13 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
   if (const std::string text = symmetry_text(recipe.domain, found); !text.empty())
     fmt::print("# Symmetry: {}\n", text);
   print_left_out(cost, recipe.steps);
-  print_rates(recipe.steps, recipe.materials);
+  print_rates(recipe);
   print_ends(cost, recipe.steps, recipe.materials, recipe.domain.frame);
   const std::string seconds =
       cost.seconds < 10 ? fmt::format("{:.2g}", cost.seconds) : fmt::format("{:.0f}", cost.seconds);
   fmt::print(
       "# Cost, good to about a factor of two{}:\n"
-      "#   grid        {} cells in the band, from z = {:.4g} nm to {:.4g} nm at the start\n"
+      "#   grid        {} cells in the band, from z = {} nm to {} nm at the start\n"
       "#   facets      {} of {} after simplification\n"
       "#   time steps  {:.0f}\n"
       "#   rays        {:.2g} per time step on average\n"
@@ -165,9 +169,10 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
       "#   time        {} {} s on {} of this machine\n"
       "# Results would go to {}\n",
       cost.at_most ? "; counting all rounds of repeats with until" : "", cost.active_nodes,
-      cost.lowest, cost.highest, cost.facets, cost.facets_full, cost.time_steps,
-      cost.rays_per_time_step, memory_text(cost.memory), cost.at_most ? "at most about" : "about",
-      seconds, counted(static_cast<std::size_t>(thread_count()), "thread"),
+      plain_number(cost.lowest, 4), plain_number(cost.highest, 4), cost.facets, cost.facets_full,
+      cost.time_steps, cost.rays_per_time_step, memory_text(cost.memory),
+      cost.at_most ? "at most about" : "about", seconds,
+      counted(static_cast<std::size_t>(thread_count()), "thread"),
       shown(arguments.result_folder()));
   return done;
 }

@@ -164,13 +164,20 @@ std::string csv_of(std::span<const Measured> all, const Materials& materials,
 void require_same_heights(std::span<const Measured> all) {
   for (const Measured& each : all) {
     const MetrologyOptions& first = all.front().options;
-    if (each.options.cd_heights == first.cd_heights &&
-        each.options.angle_heights == first.angle_heights)
-      continue;
-    throw InputError(
-        fmt::format("{}: its recipe has other cd_at or angle_at than that of {}; give "
-                    "the heights with --cd-at and --angle-at",
-                    shown(each.file), shown(all.front().file)));
+    std::vector<std::string> keys;
+    std::vector<std::string> options;
+    const auto compare = [&](const std::vector<double> MetrologyOptions::*heights, const char* key,
+                             const char* option) {
+      if (each.options.*heights == first.*heights) return;
+      keys.emplace_back(key);
+      options.emplace_back(option);
+    };
+    compare(&MetrologyOptions::cd_heights, "cd_at", "--cd-at");
+    compare(&MetrologyOptions::angle_heights, "angle_at", "--angle-at");
+    if (keys.empty()) continue;
+    throw InputError(fmt::format(
+        "{}: its recipe has other {} than that of {}; give the heights with {}", shown(each.file),
+        fmt::join(keys, " and "), shown(all.front().file), fmt::join(options, " and ")));
   }
 }
 
@@ -181,6 +188,7 @@ ExitCode execute(const MeasureArguments& arguments, const CommonOptions& common)
   Materials materials;
   std::vector<MaterialId> occurring;
   std::vector<Measured> all;
+  all.reserve(files.size());
   for (const fs::path& file : files) all.push_back(measured(file, arguments, materials, occurring));
   const bool is_table = arguments.all || all.size() > 1 || !arguments.output.empty();
   if (!is_table) {

@@ -10,6 +10,7 @@
 #include "apps/scarp/commands.h"
 #include "apps/simulator/section.h"
 #include "core/error.h"
+#include "core/plain_number.h"
 #include "core/printable.h"
 
 namespace scarp {
@@ -59,11 +60,12 @@ ExitCode execute(const SectionArguments& arguments, const CommonOptions& common)
   refuse_files_of_runs(picture);
   const SavedWafer wafer = read_wafer(newest_state(arguments.where));
   const SectionLine line = line_of(arguments.line, wafer.layers.frame);
-  const ProfileView view{.title = fmt::format("{}, t = {:.4g} s", arguments.line, wafer.time),
-                         .layers = cut(wafer.layers, layer_surfaces(wafer.layers), line),
-                         .left = line.left,
-                         .right = line.right,
-                         .earlier = some_of(earlier_surfaces(arguments.where, line))};
+  const ProfileView view{
+      .title = fmt::format("{}, t = {} s", arguments.line, plain_number(wafer.time, 4)),
+      .layers = cut(wafer.layers, layer_surfaces(wafer.layers), line),
+      .left = line.left,
+      .right = line.right,
+      .earlier = some_of(earlier_surfaces(arguments.where, line))};
   write_section_csv(points, view.layers, line, wafer.materials);
   write_svg(picture, view, wafer.materials);
   if (common.json) {

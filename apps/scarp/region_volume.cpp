@@ -116,11 +116,15 @@ std::vector<std::string> warnings_of(const Written& written, const Layers& layer
     const MeshRegion& region = written.mesh.regions[n];
     if (region.kind != MeshRegion::Kind::material) continue;
     if (std::abs(written.volumes[n] - wanted[n]) <= tolerated * std::abs(wanted[n])) continue;
+    // What is left out is missing; whatever else differs is how coarse the mesh is.
+    const bool is_missing = written.volumes[n] < wanted[n];
     warnings.push_back(fmt::format(
-        "{} has {:.6g} {} in the mesh and {:.6g} {} in the run; films thinner than {:.4g} nm "
-        "({:g} spacings) are left out: run with a smaller spacing",
-        region.name, written.volumes[n], unit, wanted[n], unit, thinnest_meshed_film * h,
-        thinnest_meshed_film));
+        "{} has {:.6g} {} in the mesh and {:.6g} {} in the run: the mesh keeps within {:.3g} nm of "
+        "the run's interfaces{}; run with a smaller spacing",
+        region.name, written.volumes[n], unit, wanted[n], unit, written.quality.max_distance,
+        is_missing
+            ? fmt::format(", and leaves out films thinner than {:.4g} nm", thinnest_meshed_film * h)
+            : ""));
   }
   if (written.quality.thin_facets > 0) {
     warnings.push_back(fmt::format(

@@ -75,6 +75,7 @@ struct StartGeometry {
   std::vector<Shape> shapes;
   std::vector<std::size_t> tables;  ///< of the recipe, one for each shape
   std::optional<StartState> state;
+  std::vector<MaterialId> materials{};  ///< of the wafer before the first step
 };
 
 /// How the mesh of a time step is simplified; not at all without options.

@@ -143,21 +143,29 @@ Sizing read_sizing(const RecipeTable& table) {
   return sizing;
 }
 
-std::string sizing_key(const PolygonOutline& outline) {
-  return outline.sizing.grow != 0 ? "grow" : "corner_radius";
+/// Which key a loss is due to: count(outline) is how much is lost.
+template <class Count>
+std::string sizing_key(const PolygonOutline& outline, const Count& count) {
+  if (outline.sizing.corner_radius == 0) return "grow";
+  PolygonOutline biased = outline;
+  biased.sizing.corner_radius = 0;
+  const bool is_lost_before = outline.sizing.grow != 0 && count(biased) >= count(outline);
+  return is_lost_before ? "grow" : "corner_radius";
 }
 
 void warn_of_losses(const RecipeTable& table, const PolygonOutline& outline,
                     const GeometryScope& scope) {
   if (!table.ok() || !(scope.frame.spacing > 0) || outline.loops.empty() || scope.cut) return;
   const SizingLosses losses = sizing_losses(scope.frame, outline);
-  const std::string key = sizing_key(outline);
-  const auto warn = [&](std::size_t lost, std::size_t all, const std::string& what) {
-    if (lost == 0) return;
-    table.warning(key, fmt::format("{} of {} {} in the domain", lost, all, what));
+  const auto warn = [&](std::size_t SizingLosses::*lost, std::size_t all, const std::string& what) {
+    if (losses.*lost == 0) return;
+    const std::string key = sizing_key(outline, [&](const PolygonOutline& each) {
+      return sizing_losses(scope.frame, each).*lost;
+    });
+    table.warning(key, fmt::format("{} of {} {} in the domain", losses.*lost, all, what));
   };
-  warn(losses.vanished, losses.shapes, "shapes vanish");
-  warn(losses.closed, losses.gaps, "gaps and holes close");
+  warn(&SizingLosses::vanished, losses.shapes, "shapes vanish");
+  warn(&SizingLosses::closed, losses.gaps, "gaps and holes close");
 }
 
 /// The part of the plane that a layout is read in.
@@ -311,6 +319,7 @@ PolygonOutline read_layout(const RecipeTable& table, const GeometryScope& scope)
   const std::string file = table.file("file");
   GdsSelection selection{.cell = table.text("cell", "")};
   const ChosenLayers chosen = read_layers(table);
+  selection.is_in_formula = chosen.formula.has_value();
   const Point2 origin = read_layout_origin(table, scope);
   const Sizing sizing = read_sizing(table);
   if (!table.ok()) return none;
@@ -412,9 +421,11 @@ void warn_of_lost_parts(const RecipeTable& table, const Outline& outline, const 
   drawn.sizing = {};
   const std::size_t count = cut_outline(scope.frame, drawn, *scope.cut).loops.size();
   if (met.loops.size() >= count) return;
-  table.warning(sizing_key(*sized),
-                fmt::format("of {} parts on the line of domain.cut {} vanish or join others", count,
-                            count - met.loops.size()));
+  const std::string key = sizing_key(*sized, [&](const PolygonOutline& each) {
+    return count - std::min(count, cut_outline(scope.frame, each, *scope.cut).loops.size());
+  });
+  table.warning(key, fmt::format("of {} parts on the line of domain.cut {} vanish or join others",
+                                 count, count - met.loops.size()));
 }
 
 /// As it is drawn, or of a section what the line meets of it.

@@ -432,6 +432,7 @@ void read_steps(const RecipeTable& root, Recipe& recipe) {
       for (const MaterialId each : placed)
         if (std::ranges::find(found, each) == found.end()) found.push_back(each);
     }
+    recipe.start.materials = found;
     StepReader reader(recipe, std::move(found));
     recipe.steps = reader.read(tables);
     recipe.occurring = reader.occurring();

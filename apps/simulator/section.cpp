@@ -106,6 +106,7 @@ SectionLine parse_section(std::string_view text, const Frame& frame) {
   if (frame.is_section() && line.lateral != "x") {
     throw InputError(fmt::format("\"{}\": a cross-section has but the section \"y = 0 nm\"", text));
   }
+  if (!frame.is_section()) line.text = trimmed(text);
   return line;
 }
 

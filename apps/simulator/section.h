@@ -21,6 +21,7 @@ struct SectionLine {
   double left = 0;
   double right = 0;
   std::string lateral;  ///< the name of the lateral position: "x", "y", or "s" along a line
+  std::string text{};   ///< as it is written; empty in two dimensions, which have but one section
 };
 
 /// Reads "y = 0 nm", "x = 1.5 um" or "from -1 um, 0 um to 1 um, 2 um".

@@ -101,6 +101,15 @@ const TomlValue* value_at(const TomlValue* value, const RecipePath& path) {
   return value;
 }
 
+/// Nothing for what is no table.
+std::vector<std::string> keys_of(const TomlValue* table) {
+  std::vector<std::string> keys;
+  if (table == nullptr || !table->is_table()) return keys;
+  keys.reserve(table->entries.size());
+  for (const TomlValue& entry : table->entries) keys.push_back(entry.key);
+  return keys;
+}
+
 /// A message about a key, or about the whole table.
 RecipeErrors::Entry entry_at(const RecipeNode& node, std::string_view key, std::string_view text) {
   const TomlValue* const value =
@@ -552,12 +561,10 @@ std::vector<RecipeTable> RecipeTable::tables_or_one(std::string_view key) const 
 
 bool RecipeTable::has(std::string_view key) const { return find(*node_, key).has_value(); }
 
-std::vector<std::string> RecipeTable::keys() const {
-  std::vector<std::string> keys;
-  if (node_->toml == nullptr) return keys;
-  keys.reserve(node_->toml->entries.size());
-  for (const TomlValue& entry : node_->toml->entries) keys.push_back(entry.key);
-  return keys;
+std::vector<std::string> RecipeTable::keys() const { return keys_of(node_->toml); }
+
+std::vector<std::string> RecipeTable::rows(std::string_view key) const {
+  return keys_of(node_->toml == nullptr ? nullptr : node_->toml->find(key));
 }
 
 void RecipeTable::missing(std::span<const std::string_view> keys, std::string_view text) const {

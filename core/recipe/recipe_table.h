@@ -142,6 +142,8 @@ class RecipeTable {
   bool has(std::string_view key) const;
   /// What the recipe has in this table, in the order of the file. Does not count as asking for it.
   std::vector<std::string> keys() const;
+  /// The rows of a value that is a table, { Si = ..., default = ... }, in the same way.
+  std::vector<std::string> rows(std::string_view key) const;
 
   /// Notes that the value of a key (or of `key[2]`; of the table, when empty) is wrong.
   void error(std::string_view key, std::string_view text) const;

@@ -450,11 +450,14 @@ class Flattener {
           "two units swapped?",
           rounded_number(library_.unit), selection_.layer, cell,
           rounded_number(layout_.extent[1][0] - layout_.extent[0][0])));
-    if (!selection_.datatype && census_.datatypes().size() > 1)
-      add(
-          fmt::format("has layer {} in datatypes {}: all of them are taken; choose one with "
-                      "datatype = ...",
-                      selection_.layer, fmt::join(census_.datatypes(), ", ")));
+    if (!selection_.datatype && census_.datatypes().size() > 1) {
+      const std::string how = selection_.is_in_formula
+                                  ? fmt::format("choose one by writing for example {}/{}",
+                                                selection_.layer, *census_.datatypes().begin())
+                                  : "choose one with datatype = ...";
+      add(fmt::format("has layer {} in datatypes {}: all of them are taken; {}", selection_.layer,
+                      fmt::join(census_.datatypes(), ", "), how));
+    }
     if (census_.flat_count() > 0)
       add(fmt::format(
           "has {} without area on layer {}, which {} nothing; a path needs a width",

@@ -27,6 +27,7 @@ struct GdsSelection {
   std::optional<int> datatype{};  ///< empty: all
   /// Lower and upper corner of a box: shapes that cannot reach into it are left out. Units: nm.
   std::optional<std::array<Point2, 2>> window{};
+  bool is_in_formula = false;  ///< messages name layers as a formula does
 };
 
 /// Shapes of a layout.

@@ -1,7 +1,9 @@
 #include "levelset/start/outline_checks.h"
 
 #include <algorithm>
+#include <optional>
 
+#include "levelset/start/covered_axis.h"
 #include "levelset/start/polygon_walls.h"
 
 namespace scarp {
@@ -21,9 +23,20 @@ void OutlineChecks::check(const std::string& prefix, const CircleOutline& s, dou
 
 void OutlineChecks::check(const std::string& prefix, const RectangleOutline& s, double growth) {
   if (places_.is_lopsided(prefix) || !places_.lattice(prefix, s.repeat)) return;
+  const std::optional<int> along = covered_axis(frame_, s, growth);
+  const auto covers = [&](int axis) { return reach_beyond_sides(frame_, s, axis, 0) >= 0; };
+  if (along && covers(0) && covers(1)) {
+    report_.report(prefix + "size",
+                   prefix == "opening."
+                       ? "covers the whole domain and leaves nothing of the mask"
+                       : "covers the whole domain; write shape = \"layer\" for that");
+    return;
+  }
   bool is_good = true;
   for (int axis = 0; axis < 2; ++axis) {
+    if (axis == along) continue;
     if (report_.feature(prefix + "size", s.size[axis], outline_)) {
+      if (!reaches_sides(prefix, s, axis, growth)) continue;
       places_.interval({prefix + "size", prefix + "center", axis, s.centre[axis],
                         s.size[axis] + std::max(2 * growth, 0.0), s.repeat.count[axis],
                         s.repeat.pitch[axis], outline_});
@@ -31,8 +44,23 @@ void OutlineChecks::check(const std::string& prefix, const RectangleOutline& s, 
       is_good = false;
     }
   }
-  if (is_good) narrow_end(prefix, std::min(s.size[0], s.size[1]) + 2 * growth);
+  const double width = along ? s.size[1 - *along] : std::min(s.size[0], s.size[1]);
+  if (is_good) narrow_end(prefix, width + 2 * growth);
   report_.radius(prefix + "corner_radius", s.corner_radius, 0.5 * std::min(s.size[0], s.size[1]));
+}
+
+bool OutlineChecks::reaches_sides(const std::string& prefix, const RectangleOutline& s, int axis,
+                                  double growth) {
+  const double reach = reach_beyond_sides(frame_, s, axis, growth);
+  RectangleOutline foot = s;
+  foot.corner_radius = 0;
+  if (s.repeat.count[axis] > 1 || reach >= 0 || reach_beyond_sides(frame_, foot, axis, 0) < 0)
+    return true;
+  report_.report(prefix + "size",
+                 in_nm(s.size[axis]) + " reaches from side to side of the domain, but not its " +
+                     (s.corner_radius > 0 ? "corners" : "tapered ends") + "; write " +
+                     in_nm(s.size[axis] - 2 * reach) + " or more, or shape = \"trench\"");
+  return false;
 }
 
 void OutlineChecks::check(const std::string& prefix, const PolygonOutline& outline, double growth) {
@@ -55,11 +83,8 @@ void OutlineChecks::check(const std::string& prefix, const PolygonOutline& outli
   const std::vector<Loop> foot = domain_loops(frame_, outline, growth);
   // A line may miss an outline, or lie in it altogether.
   if (outline.is_section && (foot.empty() || covers_domain(foot))) return;
-  if (foot.empty() && !outline.sizing.is_none()) {
-    report_.report(prefix + (outline.sizing.grow < 0 ? "grow" : "corner_radius"),
-                   "leaves nothing of the outline in the domain");
-  } else if (foot.empty()) {
-    places_.report_outside(key);
+  if (foot.empty()) {
+    nothing_left(prefix, key, outline, growth);
   } else if (covers_domain(foot)) {
     report_.report(key, prefix == "opening."
                             ? "covers the whole domain and leaves nothing of the mask"
@@ -84,6 +109,20 @@ void OutlineChecks::narrow_end(const std::string& prefix, double width) {
                               " at the top of the mask: less " + report_.than_spacings(),
                           outline_);
   }
+}
+
+void OutlineChecks::nothing_left(const std::string& prefix, const std::string& key,
+                                 PolygonOutline outline, double growth) {
+  const auto is_there = [&] { return !domain_loops(frame_, outline, growth).empty(); };
+  outline.sizing.corner_radius = 0;
+  const bool is_rounded_off = is_there();
+  outline.sizing = {};
+  if (!is_rounded_off && !is_there()) {
+    places_.report_outside(key);
+    return;
+  }
+  report_.report(prefix + (is_rounded_off ? "corner_radius" : "grow"),
+                 "leaves nothing of the outline in the domain");
 }
 
 bool OutlineChecks::covers_domain(const std::vector<Loop>& loops) const {

@@ -27,6 +27,13 @@ class OutlineChecks {
   void check(const std::string& prefix, const PolygonOutline& outline, double growth);
 
  private:
+  /// Of a rectangle whose foot reaches from side to side without its corners, that the rest does.
+  bool reaches_sides(const std::string& prefix, const RectangleOutline& s, int axis, double growth);
+
+  /// Says what leaves nothing of an outline in the domain: its place, its bias or its corners.
+  void nothing_left(const std::string& prefix, const std::string& key, PolygonOutline outline,
+                    double growth);
+
   /// The outline must not close below the top of the mask.
   void narrow_end(const std::string& prefix, double width);
 

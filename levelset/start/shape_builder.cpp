@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "levelset/grid/welded.h"
+#include "levelset/start/covered_axis.h"
 #include "levelset/start/mesh_solid.h"
 
 namespace scarp {
@@ -210,6 +211,15 @@ Solid outline_solid(const Frame& frame, const Outline& outline, const WallHeight
                        repeated(circle->repeat, circle->centre, upright_below(walls, slope)));
   }
   const auto& box = std::get<RectangleOutline>(outline);
+  if (const auto along = covered_axis(frame, box, (heights.top - heights.foot) * std::tan(slope))) {
+    const int across = 1 - *along;
+    return outline_solid(frame,
+                         SlotOutline{.width = box.size[across],
+                                     .centre = box.centre[across],
+                                     .along = *along,
+                                     .repeat = box.repeat},
+                         heights);
+  }
   const auto walls = [&](double by) {
     return round_common(slab(0, box.centre[0], box.size[0], z, by),
                         slab(1, box.centre[1], box.size[1], z, by), box.corner_radius);

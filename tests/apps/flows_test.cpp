@@ -320,7 +320,7 @@ TEST_F(Flow, AFilmThatAStripLeavesBehind) {
 TEST_F(Flow, RatesOnOpenWafers) {
   const Recipe recipe =
       read_recipe(recipe_in(fs::path(SCARP_SOURCE_DIR) / "configs" / "dual_damascene.toml"));
-  const std::vector<StepRates> rates = blanket_rates(recipe.steps, recipe.materials.size());
+  const std::vector<StepRates> rates = blanket_rates(recipe);
   ASSERT_EQ(rates.size(), 2U);
   EXPECT_EQ(recipe.steps[rates[0].step].name, "via etch");
   ASSERT_EQ(rates[0].rates.size(), 4U);  // W, SiO2, Si3N4, resist: neither TaN nor Cu
@@ -328,10 +328,61 @@ TEST_F(Flow, RatesOnOpenWafers) {
     const bool is_oxide = recipe.materials[rate.material].name == "SiO2";
     EXPECT_FLOAT_EQ(static_cast<float>(rate.speed), is_oxide ? -1 : 0);
   }
-  StepRates selective{.step = 0, .rates = {{0, -4}, {1, -0.1}, {2, 0}, {3, 2}}};
+  StepRates selective{
+      .step = 0, .rates = {{0, -4}, {1, -0.1}, {2, 0}, {3, 2}, {4, -9}}, .films = {0, 1, 2, 3}};
   EXPECT_DOUBLE_EQ(selective.selectivity_to(selective.rates[1]).value_or(0), 40);
-  for (const std::size_t n : {0U, 2U, 3U})
+  for (const std::size_t n : {0U, 2U, 3U, 4U})
     EXPECT_FALSE(selective.selectivity_to(selective.rates[n]).has_value());
+}
+
+// Polymer that a plasma deposits is etched fastest, and no film of the wafer. What grows or is put
+// on before is one.
+TEST_F(Flow, SelectivitiesAreThoseOfTheFilms) {
+  const Recipe recipe = read_recipe({.text = flat_section + R"(
+[[step]]
+model = "conformal"
+material = "SiO2"
+thickness = "60 nm"
+[[step]]
+model = "mask"
+material = "resist"
+thickness = "50 nm"
+opening = { shape = "trench", width = "100 nm" }
+[[step]]
+name = "oxide"
+model = "fluorocarbon"
+duration = "1 s"
+blanket_rate = { SiO2 = "1000 nm/min", resist = "400 nm/min", Si = "12.5 nm/min" }
+[[step.ion]]
+energy = "300 eV"
+[[step]]
+name = "silicon"
+model = "directional"
+duration = "1 s"
+directional_etch_rate = { Si = "5 nm/s", SiO2 = "0.004 nm/s", polymer = "40 nm/s", default = "1 nm/s" }
+[[step]]
+repeat = 2
+[[step.step]]
+name = "passivate"
+model = "isotropic"
+duration = "1 s"
+growth_rate = "20 nm/s"
+material = "Al2O3"
+[[step.step]]
+name = "open"
+model = "directional"
+duration = "1 s"
+directional_etch_rate = { Al2O3 = "30 nm/s", Si = "5 nm/s", default = "0 nm/s" }
+)"});
+  std::vector<std::string> lines;
+  for (const StepRates& rates : blanket_rates(recipe))
+    lines.push_back(text_of(rates, recipe.materials));
+  ASSERT_EQ(lines.size(), 4U);
+  EXPECT_THAT(lines[0], testing::HasSubstr("SiO2 -1000 nm/min, resist -400 nm/min"));
+  EXPECT_THAT(lines[0], testing::EndsWith("; SiO2 : Si 80, SiO2 : resist 2.5"));
+  EXPECT_THAT(lines[1], testing::EndsWith("; Si : SiO2 1250, Si : resist 5"));
+  EXPECT_THAT(lines[2], testing::StartsWith("all materials +1200 nm/min"));
+  EXPECT_THAT(lines[3], testing::Not(testing::HasSubstr(" : ")));
 }
 
 TEST_F(Flow, InvertSwapsWhatStays) {

@@ -28,6 +28,8 @@ class LayoutCases : public Program {
       gds.rectangle(1, 800, 800, 1200, 1200);
       gds.rectangle(2, 900, 900, 1100, 1100);
       gds.boundary(3, 1, {0, 950, 2000, 950, 2000, 1050, 0, 1050, 0, 950});
+      gds.rectangle(4, 900, 900, 1100, 1100);
+      gds.boundary(4, 5, {900, 900, 1300, 900, 1300, 1100, 900, 1100, 900, 900});
     });
     write("a.gds", gds.finish());
   }
@@ -79,13 +81,23 @@ TEST_F(LayoutCases, LayersAreCombined) {
 TEST_F(LayoutCases, FormulasAreCheckedByName) {
   EXPECT_THAT(check(solid("layers = \"1 - 7/0\"" + centred)),
               HasSubstr("a.gds: cell TOP has nothing on layer 7/0; it has "
-                        "layer/datatype 1/0, 2/0, 3/1"));
+                        "layer/datatype 1/0, 2/0, 3/1, 4/0, 4/5"));
   EXPECT_THAT(check(solid("layers = \"1 -\"" + centred)),
               HasSubstr("resist.layers: \"1 -\" ends too early; write layers"));
   EXPECT_THAT(check(solid("layers = \"2 - 1\"" + centred)),
               HasSubstr("resist.layers: leaves nothing in the domain"));
   EXPECT_THAT(check(solid("layers = \"1\", layer = 1" + centred)),
               HasSubstr("resist.layer: layers says already which layers are taken"));
+}
+
+// In a formula the datatype stands behind the layer: there is no other key for it.
+TEST_F(LayoutCases, TheRemedyForSeveralDatatypesIsOneThatIsAllowed) {
+  const std::string doubt = "has layer 4 in datatypes 0, 5: all of them are taken; choose one ";
+  EXPECT_THAT(check(solid("layers = \"4 & 3\"" + centred)),
+              HasSubstr(doubt + "by writing for example 4/0"));
+  EXPECT_THAT(check(solid("layers = \"4/0 & 3\"" + centred)), Not(HasSubstr("datatypes")));
+  EXPECT_THAT(check(solid("layer = 4" + centred)), HasSubstr(doubt + "with datatype = ..."));
+  EXPECT_THAT(check(solid("layer = 4, datatype = 0" + centred)), Not(HasSubstr("datatypes")));
 }
 
 TEST_F(LayoutCases, AHoleOfAFormulaStaysOnAPeriodicSide) {
@@ -114,6 +126,21 @@ TEST_F(LayoutCases, WhatVanishesIsSaid) {
                         "close in the domain"));
   EXPECT_THAT(check(solid("layers = \"1 - 2\", grow = \"10 nm\"" + centred)),
               Not(HasSubstr("warning")));
+  // Beside the domain lies what no sizing brings into it.
+  EXPECT_THAT(check(solid("layer = 1, corner_radius = \"10 nm\", origin = [\"5 um\", \"1 um\"]")),
+              Not(HasSubstr("corner_radius: leaves")));
+  // The key is the one that does it.
+  for (const std::string grow : {"", "grow = \"-10 nm\", ", "grow = \"10 nm\", "})
+    EXPECT_THAT(
+        check(solid("layers = \"1 - 2\", " + grow + "corner_radius = \"300 nm\"" + centred)),
+        HasSubstr("resist.corner_radius: leaves nothing of the outline in the domain"))
+        << grow;
+  EXPECT_THAT(
+      check(solid("layers = \"1 - 2\", grow = \"-50 nm\", corner_radius = \"5 nm\"" + centred)),
+      HasSubstr("resist.grow: leaves nothing of the outline in the domain"));
+  EXPECT_THAT(
+      check(solid("layers = \"1 - 2\", grow = \"5 nm\", corner_radius = \"110 nm\"" + centred)),
+      Not(HasSubstr("resist.grow")));
 }
 
 TEST_F(LayoutCases, AWindowOrACentrePlacesTheDomain) {

@@ -31,6 +31,7 @@ EtchStep read_etch_step(const std::string& keys) {
   const RecipeTable step = file.root().tables("step").front();
   std::vector<MaterialId> reachable{*materials.find("Si"), *materials.find("SiO2"),
                                     *materials.find("mask")};
+  step.time("duration");
   EtchStep read{.made = read_model(step, {.materials = materials, .reachable = reachable})};
   try {
     file.finish();
@@ -82,11 +83,46 @@ TEST(BlanketRates, ScaleEtchingAloneAndAtAnyFlux) {
   EXPECT_GT(before[2], 0);
 }
 
+// The wafer has silicon, oxide and a mask.
+TEST(BlanketRates, OneValueIsForTheMaterialsOfTheWafer) {
+  for (const std::string rate : {"\"60 nm/min\"", "{ default = \"60 nm/min\" }"}) {
+    const EtchStep step =
+        read_etch_step("model = \"fluorocarbon\"\nblanket_rate = " + rate + "\n" + etch);
+    ASSERT_TRUE(step.made.model && step.errors.empty()) << rate << step.errors;
+    for (const char* material : {"Si", "SiO2", "mask"})
+      EXPECT_NEAR(open_rate(*step.made.model, material), -1, 1e-5) << material;
+    const EtchStep plain = read_etch_step("model = \"fluorocarbon\"\n" + etch);
+    EXPECT_EQ(open_rate(*step.made.model, "polymer"), open_rate(*plain.made.model, "polymer"));
+  }
+}
+
+// A tool's table of rates is shared between recipes.
+TEST(BlanketRates, OfAMaterialThatIsNotOnTheWaferAreNotUsed) {
+  for (const std::string model : {"fluorocarbon", "cf4_o2"}) {
+    const std::string head = "model = \"" + model + "\"\n";
+    const std::string step = model == "cf4_o2" ? "duration = \"1 s\"\n" : etch;
+    const EtchStep plain = read_etch_step(head + step);
+    const EtchStep shared = read_etch_step(
+        head + "blanket_rate = { polySi = \"100 nm/min\", Si = \"30 nm/min\" }\n" + step);
+    ASSERT_TRUE(shared.made.model && shared.errors.empty()) << model << shared.errors;
+    EXPECT_NEAR(open_rate(*shared.made.model, "Si"), -0.5, 1e-5) << model;
+    EXPECT_EQ(open_rate(*shared.made.model, "SiO2"), open_rate(*plain.made.model, "SiO2"));
+  }
+}
+
 TEST(BlanketRates, AreRefusedWhereThereIsNothingToScale) {
-  EXPECT_NE(
-      read_etch_step("model = \"fluorocarbon\"\nblanket_rate = { SiO2 = \"1 nm/s\" }\n" + growth)
-          .errors.find("does not etch"),
-      std::string::npos);
+  const auto refusal = [](const std::string& rates, const std::string& step) {
+    return read_etch_step("model = \"fluorocarbon\"\nblanket_rate = " + rates + "\n" + step).errors;
+  };
+  EXPECT_NE(refusal("{ SiO2 = \"1 nm/s\" }", growth)
+                .find("on an open wafer of SiO2 the step deposits polymer instead of etching"),
+            std::string::npos);
+  EXPECT_NE(refusal("{ SiO2 = \"1 nm/s\", Si = \"1 nm/s\" }",
+                    "sputter_amplitude = 0\netches = []\n" + etch)
+                .find("the step does not etch an open wafer of SiO2"),
+            std::string::npos);
+  EXPECT_NE(refusal("\"1 nm/s\"", growth).find("the step etches no material of the wafer"),
+            std::string::npos);
   EXPECT_NE(read_etch_step("model = \"isotropic\"\nduration = \"1 s\"\netch_rate = \"1 nm/s\"\n"
                            "blanket_rate = { Si = \"2 nm/s\" }\n")
                 .errors.find("blanket_rate"),

@@ -58,6 +58,21 @@ TEST(Render, TheCutShowsTheMaterialsWithin) {
   EXPECT_EQ(pixel(image, 0.5, 0.3), (Rgb{255, 255, 255}));
 }
 
+// What is deposited later is a copy of the top until then.
+TEST(Render, ALayerThatAddsNothingHasNoColour) {
+  Layers layers =
+      build_layers(frame, std::vector<Shape>{WaferShape{.material = 0},
+                                             LayerShape{.material = 2, .thickness = 80},
+                                             TrenchShape{.width = 104, .cut = {.depth = 123}}});
+  const RenderOptions front{
+      .cut = RenderCut{.axis = 1, .position = 3}, .azimuth = 0, .elevation = 1, .width = 1200};
+  const Image before = render(layers, front);
+  add_layer(layers, 5);
+  const Image after = render(layers, front);
+  EXPECT_EQ(before.pixels, after.pixels);
+  EXPECT_THAT(after.pixels, Not(Contains(material_colour(5))));
+}
+
 TEST(Render, TheBottomOfAHoleIsDarkerThanTheField) {
   const Layers layers = build_layers(
       frame, std::vector<Shape>{WaferShape{}, HoleShape{.radius = 50, .cut = {.depth = 150}}});

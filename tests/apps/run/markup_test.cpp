@@ -3,6 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <set>
+#include <string>
+#include <vector>
+
 namespace scarp {
 namespace {
 
@@ -30,6 +34,28 @@ TEST(PlotSvg, WhatDiffersByItsRoundingIsOneValue) {
                   .y_label = "",
                   .curves = {{.name = "flux", .lines = {{{0, 1}, {1, 1 - 1e-16}, {2, 1}}}}}};
   EXPECT_LT(plot_svg(plot).size(), 10000U);
+}
+
+// Widths of a wall that does not move, as a mesh in single precision gives them.
+TEST(PlotSvg, LabelsOfAConstantDiffer) {
+  const auto upright = [](double low, double high) {
+    Plot plot{.title = "Widths", .x_label = "t [s]", .y_label = "[nm]", .curves = {}};
+    plot.curves = {{.name = "cd", .lines = {{{0, low}, {1, high}, {2, low}}}}};
+    const std::string svg = plot_svg(plot);
+    std::vector<std::string> labels;
+    const std::string mark = "text-anchor=\"end\">";
+    for (std::size_t at = 0; (at = svg.find(mark, at)) != std::string::npos;) {
+      at += mark.size();
+      labels.push_back(svg.substr(at, svg.find('<', at) - at));
+    }
+    return labels;
+  };
+  EXPECT_THAT(upright(40.99970, 40.99971), testing::Contains("40"));
+  for (const auto& labels : {upright(40.99970, 40.99971), upright(1e6, 1e6 + 20), upright(3, 4)}) {
+    const std::set<std::string> different(labels.begin(), labels.end());
+    EXPECT_GE(labels.size(), 3U);
+    EXPECT_EQ(different.size(), labels.size());
+  }
 }
 
 }  // namespace

@@ -126,6 +126,25 @@ TEST_F(MeasureCommand, WritesATableOfAllOutputsAndSeveralRuns) {
   EXPECT_EQ(std::ranges::count(printed.out, '\n'), 3);
 }
 
+TEST_F(MeasureCommand, NamesTheHeightsThatStatesOfATableDoNotShare) {
+  ASSERT_EQ(run_etch("one").exit_code, 0);
+  ASSERT_EQ(run_etch("two", "--set metrology.cd_at='[\"-40 nm\"]'").exit_code, 0);
+  const std::string measure = "measure " + path("one") + ' ' + path("two");
+  const Outcome cds = scarp(measure + " --angle-at '-20 nm'");
+  EXPECT_EQ(cds.exit_code, 2);
+  EXPECT_THAT(cds.messages, HasSubstr("its recipe has other cd_at than that of "));
+  EXPECT_THAT(cds.messages, HasSubstr("; give the heights with --cd-at\n"));
+  ASSERT_EQ(run_etch("two",
+                     "--set metrology.cd_at='[\"-40 nm\"]' "
+                     "--set metrology.angle_at='[\"-40 nm\"]'")
+                .exit_code,
+            0);
+  const Outcome both = scarp(measure);
+  EXPECT_THAT(both.messages, HasSubstr("has other cd_at and angle_at than that of "));
+  EXPECT_THAT(both.messages, HasSubstr("; give the heights with --cd-at and --angle-at\n"));
+  EXPECT_EQ(scarp(measure + " --cd-at '-40 nm' --angle-at '-40 nm'").exit_code, 0);
+}
+
 TEST_F(MeasureCommand, TakesMasksHeightsAndStartFromTheCommandLine) {
   ASSERT_EQ(run_etch("out").exit_code, 0);
   const std::string state = path("out/state_0005.vdb");

@@ -248,6 +248,47 @@ thickness = "25 nm"
   EXPECT_NEAR(revolved["regions"][0]["volume_nm3"], 300 * 300 * 200 - hole, 0.01 * hole);
 }
 
+// Nothing here is thinner than two spacings: what differs is the mesh.
+TEST_F(RegionVolume, ADifferenceOfVolumesIsPutDownToWhatItIs) {
+  write("via.toml", R"(
+[domain]
+mode = "axisymmetric"
+spacing = "10 nm"
+extent = ["400 nm"]
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[geometry]]
+shape = "layer"
+material = "SiO2"
+thickness = "200 nm"
+[[geometry]]
+shape = "hole"
+radius = "100 nm"
+depth = "200 nm"
+taper = "6 deg"
+[[step]]
+model = "conformal"
+material = "TiN"
+thickness = "25 nm"
+[[step]]
+model = "fill"
+material = "W"
+height = "180 nm"
+[[step]]
+model = "planarise"
+stop_material = "SiO2"
+)");
+  run(path("via.toml"));
+  const Outcome outcome = volume_of("device.msh");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.messages;
+  const nlohmann::json warnings = json_of(outcome)["warnings"];
+  for (const std::string warning : warnings) {
+    EXPECT_THAT(warning, HasSubstr("the mesh keeps within "));
+    EXPECT_THAT(warning, HasSubstr(" nm of the run's interfaces; run with a smaller spacing"));
+  }
+}
+
 struct MeshedConfig {
   const char* name;
   const char* arguments;

@@ -115,6 +115,13 @@ TEST_F(SectionCommand, OfARunIsWhatItsRecipeWrites) {
   EXPECT_EQ(json_of(cut)["earlier_surfaces"], 3);
   EXPECT_EQ(read_file(path("cut.csv")), read_file(path("out/section_1_0003.csv")));
   EXPECT_EQ(read_file(path("cut.csv")).substr(0, 31), "material,layer,line,y_nm,z_nm\nS");
+  // Pictures say where they are cut.
+  for (const auto& [name, line] :
+       {std::pair("out/profiles.svg", "y = 0 nm, after "),
+        {"out/section_1.svg", "x = 1 um, after "},
+        {"out/section_1_0003.svg", "x = 1 um, after "},
+        {"out/section_2.svg", "from -4 um, -1 um to 4 um, 1 um, after "}})
+    EXPECT_THAT(read_file(path(name)), HasSubstr(std::string(": ") + line)) << name;
 
   const Outcome one = scarp("section " + path("out/state_0003.vdb") + " -o " + path("one"));
   ASSERT_EQ(one.exit_code, 0) << one.messages;

@@ -572,6 +572,42 @@ TEST(Shapes, MayFillMostOfTheDomainFromAReflectiveSide) {
   EXPECT_FALSE(check_shapes(frame, quarter_hole).empty());
 }
 
+// Sides cut off what is beyond them: what is in the domain are two straight walls.
+TEST(Shapes, ARectangleFromSideToSideIsASlot) {
+  Frame frame{.spacing = 1, .cells = {40, 30}};
+  const auto built = [&](const Outline& outline, double taper, bool is_opening) {
+    const std::vector<Shape> shapes{WaferShape{}, mask(outline, taper, is_opening)};
+    EXPECT_TRUE(check_shapes(frame, shapes).empty()) << check_shapes(frame, shapes)[0].message;
+    return hash(build_layers(frame, shapes));
+  };
+  for (const bool is_periodic : {false, true}) {
+    if (is_periodic) frame.boundary = {Boundary::periodic, Boundary::periodic};
+    for (const bool is_opening : {false, true}) {
+      const SlotOutline along_y{.width = 12, .centre = 3};
+      const SlotOutline along_x{.width = 12, .centre = 3, .along = 0};
+      EXPECT_EQ(built(RectangleOutline{.size = {12, 30}, .centre = {3, 0}}, 0, is_opening),
+                built(along_y, 0, is_opening));
+      EXPECT_EQ(built(RectangleOutline{.size = {44, 12}, .centre = {1, 3}, .corner_radius = 1}, 0,
+                      is_opening),
+                built(along_x, 0, is_opening));
+      EXPECT_EQ(built(RectangleOutline{.size = {12, 36}, .centre = {3, 0}}, 0.3, is_opening),
+                built(along_y, 0.3, is_opening));
+      const Repeat in_x{.count = {2, 1}, .pitch = {20, 0}};
+      EXPECT_EQ(built(RectangleOutline{.size = {9, 30}, .repeat = in_x}, 0, is_opening),
+                built(SlotOutline{.width = 9, .repeat = in_x}, 0, is_opening));
+    }
+  }
+}
+
+TEST(Shapes, ARectangleFillsASectionAlongY) {
+  Frame frame{.spacing = 1, .cells = {40, 1}};
+  frame.two_dimensional = true;
+  const std::vector<Shape> rectangle{WaferShape{}, mask(RectangleOutline{.size = {12, 20}}, 0.2)};
+  const std::vector<Shape> slot{WaferShape{}, mask(SlotOutline{.width = 12}, 0.2)};
+  ASSERT_TRUE(check_shapes(frame, rectangle).empty());
+  EXPECT_EQ(hash(build_layers(frame, rectangle)), hash(build_layers(frame, slot)));
+}
+
 Shape stack(int count) {
   return StackShape{.layers = {{.material = 1, .thickness = 3}, {.material = 2, .thickness = 3}},
                     .count = count};
@@ -622,6 +658,14 @@ INSTANTIATE_TEST_SUITE_P(
                  "geometry[1].taper: leaves 0.790"},
         BadShape{mask(RectangleOutline{.size = {20, 9}}, 1, false),
                  "geometry[1].taper: leaves 0 nm of the resist at the top of the mask: less"},
+        BadShape{mask(RectangleOutline{.size = {10, 20}, .corner_radius = 3}, 0),
+                 "geometry[1].opening.size: 20 nm reaches from side to side of the domain, but not "
+                 "its corners; write 26 nm or more, or shape = \"trench\""},
+        BadShape{mask(RectangleOutline{.size = {10, 20}}, -0.25),
+                 "geometry[1].opening.size: 20 nm reaches from side to side of the domain, but not "
+                 "its tapered ends; write 23."},
+        BadShape{mask(RectangleOutline{.size = {40, 20}}, 0),
+                 "geometry[1].opening.size: covers the whole domain and leaves nothing"},
         BadShape{mask(SlotOutline{.width = 6, .repeat = {.count = {3, 1}, .pitch = {13, 0}}}, 0.6),
                  "geometry[1].opening.pitch: leaves -1.2"},
         BadShape{

@@ -1,0 +1,11 @@
+#pragma once
+
+#include <string>
+
+namespace scarp {
+
+/// Rounded to so many digits and without an exponent, as people write it: "1000", "-23.5", "12346".
+/// All digits before the point stay. What is below 0.0001 or not below 1e9 has an exponent.
+std::string plain_number(double value, int digits);
+
+}  // namespace scarp
