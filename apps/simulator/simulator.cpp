@@ -93,8 +93,8 @@ void end_step(State& state, const ProcessStep& step) {
 // What operations do to the layers.
 class Operator {
  public:
-  Operator(Layers& layers, const Materials& materials, Move& move)
-      : layers_(layers), materials_(materials), move_(move) {}
+  Operator(Layers& layers, const Materials& materials, bool keep_free, Move& move)
+      : layers_(layers), materials_(materials), keep_free_(keep_free), move_(move) {}
 
   void operator()(const Planarise& plane) const {
     planarise(layers_, plane_height(plane, layers_, materials_));
@@ -123,7 +123,7 @@ class Operator {
   }
   void operator()(const Strip& stripped) const {
     const std::map<MaterialId, double> before = volumes();
-    strip(layers_, stripped.material, stripped.buried);
+    strip(layers_, stripped.material, stripped.buried, keep_free_);
     const std::map<MaterialId, double> after = volumes();
     for (const auto& [material, volume] : before) {
       const auto left = after.find(material);
@@ -148,6 +148,7 @@ class Operator {
 
   Layers& layers_;
   const Materials& materials_;
+  bool keep_free_;
   Move& move_;
 };
 
@@ -157,7 +158,7 @@ Move act_at_once(State& state, const ProcessStep& step, const Materials& materia
   move.dt = step.duration;
   {
     const auto measurement = move.timer.measure("advect");
-    std::visit(Operator(state.layers, materials, move), *step.operation);
+    std::visit(Operator(state.layers, materials, step.keep_free, move), *step.operation);
     if (!step.keep_free) move.islands = remove_islands(state.layers);
   }
   const bool takes_away = std::holds_alternative<Planarise>(*step.operation) ||

@@ -97,7 +97,8 @@ void keep_within(Layers& layers, const LevelSet& earlier, const LevelSet& solid)
   redistance_fully(band);
 }
 
-void take_away(Layers& layers, std::size_t first, std::size_t last, const LevelSet* kept) {
+void take_away(Layers& layers, std::size_t first, std::size_t last, const LevelSet* kept,
+               std::span<const GapNode> gaps) {
   const LevelSet* const below = first > 0 ? &layers.stack[first - 1].phi : nullptr;
   const LevelSet of_last = layers.stack[last].phi.copy();
   for (std::size_t n = first; n < layers.stack.size(); ++n) {
@@ -108,6 +109,7 @@ void take_away(Layers& layers, std::size_t first, std::size_t last, const LevelS
             [is_among = n <= last](float phi, const auto& others) {
               return without(phi, is_among ? phi : others[0], others[1], others[2]);
             });
+    if (n > last && !gaps.empty()) open_gaps(band, n, *below, gaps);
     redistance_fully(band);
   }
   for (std::size_t n = layers.stack.size(); n-- > 1;)
