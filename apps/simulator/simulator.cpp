@@ -122,9 +122,12 @@ class Operator {
                 outline_columns(layers_, mask.shape.outline, mask.shape.outlines));
   }
   void operator()(const Strip& stripped) const {
-    const std::map<MaterialId, double> before = volumes();
-    strip(layers_, stripped.material, stripped.buried, keep_free_);
-    const std::map<MaterialId, double> after = volumes();
+    Layers whole = layers_.copy();
+    const std::map<MaterialId, double> before = volumes(whole);
+    const bool has_gaps = strip(layers_, stripped.material, stripped.buried, keep_free_);
+    // What falls off is no film that is lost.
+    if (has_gaps && !keep_free_) strip(whole, stripped.material, stripped.buried, true);
+    const std::map<MaterialId, double> after = volumes(has_gaps && !keep_free_ ? whole : layers_);
     for (const auto& [material, volume] : before) {
       const auto left = after.find(material);
       const double lost = volume - (left == after.end() ? 0 : left->second);
@@ -137,12 +140,12 @@ class Operator {
   // Edges that a strip leaves are known to a part of a spacing.
   static constexpr double little_lost = 0.02;
 
-  std::map<MaterialId, double> volumes() const {
-    const std::vector<double> of_layers = material_volumes(layers_);
+  static std::map<MaterialId, double> volumes(const Layers& layers) {
+    const std::vector<double> of_layers = material_volumes(layers);
     std::map<MaterialId, double> volumes;
     // The wafer is whole.
     for (std::size_t n = 1; n < of_layers.size(); ++n)
-      volumes[layers_.stack[n].material] += of_layers[n];
+      volumes[layers.stack[n].material] += of_layers[n];
     return volumes;
   }
 

@@ -216,15 +216,16 @@ bool strip_all(Layers& layers, MaterialId material, bool buried, const LevelSet*
 
 }  // namespace
 
-void strip(Layers& layers, MaterialId material, bool buried, bool keep_free) {
+bool strip(Layers& layers, MaterialId material, bool buried, bool keep_free) {
   Layers parted = layers.copy();
   if (!strip_all(parted, material, buried, nullptr)) {
     layers = std::move(parted);
-    return;
+    return false;
   }
   // Only the whole tells what is held after all.
   if (!keep_free) remove_islands(parted);
   strip_all(layers, material, buried, &parted.top());
+  return true;
 }
 
 }  // namespace scarp

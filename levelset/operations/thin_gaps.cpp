@@ -52,21 +52,84 @@ class GapFinder {
     return std::move(found_);
   }
 
+  /// Nodes of the film with both what lies on it and what lies below it beside them.
+  std::vector<Node> squeezed() const {
+    std::vector<Node> found;
+    const Band& band = last_.band();
+    for (const Leaf& leaf : band.leaves()) {
+      for (int offset = 0; offset < leaf_size; ++offset) {
+        if (!(leaf.phi[offset] < 0) || leaf.phi[offset] < -reach) continue;
+        const Node node = node_at(leaf, offset);
+        if (node[0] >= band.node_count(0) || node[1] >= band.node_count(1)) continue;
+        if (!(phi_at(below_, node) > 0) || !goes(node)) continue;
+        if (any_beside(node, [&](const Node& other) { return phi_at(below_, other) < 0; }) &&
+            any_beside(node, [&](const Node& other) { return lies_above(other); }) && is_film(node))
+          found.push_back(node);
+      }
+    }
+    std::ranges::sort(found);
+    return found;
+  }
+
+  /// Nodes of gas over films that lie on this one, all of them together between two nodes: what is
+  /// left of them then has no place on the grid.
+  std::vector<Node> bare() const {
+    std::vector<Node> found;
+    const Band& band = last_.band();
+    for (const Leaf& leaf : band.leaves()) {
+      for (int offset = 0; offset < leaf_size; ++offset) {
+        if (!(leaf.phi[offset] > 0) || leaf.phi[offset] > reach) continue;
+        const Node node = node_at(leaf, offset);
+        if (node[0] >= band.node_count(0) || node[1] >= band.node_count(1)) continue;
+        const float top = phi_at(top_, node);
+        if (!(top > 0) || leaf.phi[offset] - top <= same_phi || !goes(node)) continue;
+        const Vec3d r = band.frame().node_position(node);
+        if (is_parted_along_an_axis(node) && dot(top_.normal(r), last_.normal(r)) > least_cosine)
+          found.push_back(node);
+      }
+    }
+    return found;
+  }
+
+  bool has_no_gas_but(const Node& node, const std::vector<Node>& squeezed) const {
+    return !any_beside(node, [&](const Node& other) {
+      const Node gas = folded(last_.band(), other);
+      return will_be_gas(other) && !std::ranges::binary_search(squeezed, gas);
+    });
+  }
+
+  bool lies_above(const Node& node) const {
+    return phi_at(top_, node) < 0 && phi_at(last_, node) > 0;
+  }
+
  private:
-  static constexpr float reach = 1.5F;  // of a diagonal
+  static constexpr float reach = 1.5F;         // of a diagonal
+  static constexpr double least_cosine = 0.7;  // between sides that go alike
 
   bool goes(const Node& node) const { return kept_ == nullptr || phi_at(*kept_, node) > 0; }
 
   /// Whether the film runs between a node above it and one below it.
   bool runs_between(const Node& above, const Node& other) const {
     const float under = phi_at(below_, other);
-    return under < 0 && goes(other) &&
-           crossing(under, phi_at(below_, above)) + least_gap <
-               crossing(phi_at(last_, other), phi_at(last_, above));
+    if (!(under < 0) || !goes(other)) return false;
+    const float lower = phi_at(below_, above);
+    const float upper = phi_at(last_, above);
+    const float last = phi_at(last_, other);
+    // Where the surface is nearer than the film, its distance is all that is known.
+    const bool is_at_surface = under <= phi_at(top_, other) + same_phi;
+    return is_at_surface ? upper + least_gap < lower
+                         : crossing(under, lower) + least_gap < crossing(last, upper);
+  }
+
+  /// Whether both sides of the film go alike there: what fills a corner is no film.
+  bool is_film(const Node& node) const {
+    const Vec3d r = last_.band().frame().node_position(node);
+    return dot(last_.normal(r), below_.normal(r)) > least_cosine;
   }
 
   bool is_parted_along_an_axis(const Node& node) const {
-    return any_beside(node, [&](const Node& other) { return runs_between(node, other); });
+    return any_beside(node, [&](const Node& other) { return runs_between(node, other); }) &&
+           is_film(node);
   }
 
   bool will_be_gas(const Node& node) const {
@@ -81,7 +144,8 @@ class GapFinder {
           const Node first = moved(node, axis, a);
           const Node second = moved(node, (axis + 1) % 3, b);
           const Node other = moved(first, (axis + 1) % 3, b);
-          if (runs_between(node, other) && will_be_gas(first) && will_be_gas(second)) return true;
+          if (runs_between(node, other) && will_be_gas(first) && will_be_gas(second))
+            return is_film(node);
         }
     return false;
   }
@@ -116,16 +180,56 @@ bool stays_above(const Layers& layers, const LevelSet& below, const LevelSet& st
   });
 }
 
+/// phi of nodes above a film with which its upper side stays where it is, though nodes of the film
+/// tell how far the lower one is.
+std::map<Node, float> upper_sides(const Layers& layers, std::size_t layer,
+                                  const std::vector<Node>& squeezed) {
+  const LevelSet& last = layers.stack[layer].phi;
+  const LevelSet& below = layers.stack[layer - 1].phi;
+  std::map<Node, float> sides;
+  for (const Node& node : squeezed) {
+    any_beside(node, [&](const Node& other) {
+      const float above = phi_at(last, other);
+      if (!(above > 0) || !(phi_at(layers.top(), other) < 0)) return false;
+      const float part = crossing(phi_at(last, node), above);
+      const float phi = std::clamp(-phi_at(below, node) * (1 - part) / part, -LevelSet::half_width,
+                                   -smallest_phi);
+      const auto [at, is_new] = sides.try_emplace(folded(last.band(), other), phi);
+      if (!is_new) at->second = std::max(at->second, phi);
+      return false;
+    });
+  }
+  return sides;
+}
+
 }  // namespace
 
 std::vector<GapNode> thin_gaps(const Layers& layers, std::size_t layer, const LevelSet* kept,
                                const LevelSet* staying) {
   const LevelSet& below = layers.stack[layer - 1].phi;
   std::vector<GapNode> gaps;
-  for (const Node& node : GapFinder(layers, layer, kept).run()) {
-    GapNode gap{.node = node, .layer = layer_at(layers, node), .lower = phi_at(below, node)};
+  GapFinder finder(layers, layer, kept);
+  const std::vector<Node> squeezed = finder.squeezed();
+  for (const Node& node : squeezed)
+    gaps.push_back({.node = node,
+                    .place = GapNode::Place::within,
+                    .layer = layer,
+                    .phi = phi_at(below, node)});
+  for (const Node& node : finder.bare())
+    gaps.push_back({.node = node,
+                    .place = GapNode::Place::within,
+                    .layer = layer,
+                    .phi = phi_at(below, node)});
+  for (const auto& [node, phi] : upper_sides(layers, layer, squeezed))
+    gaps.push_back({.node = node,
+                    .place = GapNode::Place::beside,
+                    .layer = layer_at(layers, node),
+                    .phi = phi,
+                    .stays = finder.has_no_gas_but(node, squeezed)});
+  for (const Node& node : finder.run()) {
+    GapNode gap{.node = node, .layer = layer_at(layers, node), .phi = phi_at(below, node)};
     // Films between the two that no node holds go as well.
-    gap.half_gap = std::clamp(0.5F * (gap.lower - phi_at(layers.stack[gap.layer - 1].phi, node)),
+    gap.half_gap = std::clamp(0.5F * (gap.phi - phi_at(layers.stack[gap.layer - 1].phi, node)),
                               smallest_phi, 1.0F);
     gap.stays = staying != nullptr && stays_above(layers, below, *staying, node);
     gaps.push_back(gap);
@@ -139,9 +243,13 @@ void open_gaps(Band& band, std::size_t layer, const LevelSet& below,
   for (const GapNode& gap : gaps) {
     const NodePlace at = band.place(gap.node);
     if (!at.is_there()) continue;
+    float& phi = band.leaves()[static_cast<std::size_t>(at.leaf)].phi[at.offset];
+    if (gap.place == GapNode::Place::beside) {
+      if (layer >= gap.layer) phi = gap.stays ? gap.phi : std::max(phi, gap.phi);
+      continue;
+    }
     const bool stays = gap.stays && layer >= gap.layer;
-    band.leaves()[static_cast<std::size_t>(at.leaf)].phi[at.offset] =
-        stays ? gap.half_gap : gap.lower;
+    phi = stays ? gap.half_gap : gap.phi;
     if (stays) half_gaps[gap.node] = gap.half_gap;
   }
   // The solid beside a gap is a spacing from its middle, where it is next to no other gas.

@@ -9,16 +9,22 @@
 
 namespace scarp {
 
-/// A node that has to be gas, so that what lies on a film is parted from what lies below once the
-/// film is gone, where no node lies in the film itself.
+/// A node whose phi has to be another one, so that what lies on a film is parted from what lies
+/// below once the film is gone, and neither grows.
 struct GapNode {
-  Node node{};            ///< of what lies on the film
-  std::size_t layer = 0;  ///< that it lies in
-  float lower = 0;        ///< how far it is from what lies below the film. Units: spacings
-  float half_gap = 0;     ///< half of all that is gone between the two. Units: spacings
-  /// Where what lies on the film stays, the gap is as wide as the film was, around this node: both
-  /// sides of it keep their volume, less than a spacing from their place. Elsewhere all up to the
-  /// lower side is gas.
+  enum class Place {
+    above,   ///< of what lies on the film, where no node lies in the film: becomes gas
+    within,  ///< in the film beside both sides: tells how far the lower one is
+    beside   ///< of what lies on the film, beside a node within: keeps the upper side in its place
+  };
+  Node node{};
+  Place place = Place::above;
+  std::size_t layer = 0;  ///< that it lies in, or of the film
+  float phi = 0;          ///< of what lies below at this node; beside: what is to be
+  float half_gap = 0;     ///< above: half of all that is gone between the two. Units: spacings
+  /// above: what lies on the film stays. Then the gap is as wide as the film was, around this node:
+  /// both sides of it keep their volume, less than a spacing from their place. Elsewhere all up to
+  /// the lower side is gas. beside: no other gas lies beside it.
   bool stays = false;
 };
 
