@@ -225,6 +225,7 @@ std::vector<GapNode> thin_gaps(const Layers& layers, std::size_t layer, const Le
                     .place = GapNode::Place::beside,
                     .layer = layer_at(layers, node),
                     .phi = phi,
+                    .half_gap = phi_at(layers.stack[layer].phi, node),
                     .stays = finder.has_no_gas_but(node, squeezed)});
   for (const Node& node : finder.run()) {
     GapNode gap{.node = node, .layer = layer_at(layers, node), .phi = phi_at(below, node)};
@@ -245,7 +246,9 @@ void open_gaps(Band& band, std::size_t layer, const LevelSet& below,
     if (!at.is_there()) continue;
     float& phi = band.leaves()[static_cast<std::size_t>(at.leaf)].phi[at.offset];
     if (gap.place == GapNode::Place::beside) {
-      if (layer >= gap.layer) phi = gap.stays ? gap.phi : std::max(phi, gap.phi);
+      // Where a border with what lies above is nearer than the film, it stays.
+      const bool is_nearest = gap.stays && phi <= same_phi - gap.half_gap;
+      if (layer >= gap.layer) phi = is_nearest ? gap.phi : std::max(phi, gap.phi);
       continue;
     }
     const bool stays = gap.stays && layer >= gap.layer;

@@ -21,7 +21,8 @@ struct GapNode {
   Place place = Place::above;
   std::size_t layer = 0;  ///< that it lies in, or of the film
   float phi = 0;          ///< of what lies below at this node; beside: what is to be
-  float half_gap = 0;     ///< above: half of all that is gone between the two. Units: spacings
+  float half_gap = 0;     ///< above: half of all that is gone between the two; beside: how far the
+                          ///< film is. Units: spacings
   /// above: what lies on the film stays. Then the gap is as wide as the film was, around this node:
   /// both sides of it keep their volume, less than a spacing from their place. Elsewhere all up to
   /// the lower side is gas. beside: no other gas lies beside it.
