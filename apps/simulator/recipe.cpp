@@ -411,7 +411,12 @@ MetrologyOptions read_metrology(const RecipeTable& table, std::span<const Shape>
 void note_problem(const RecipeTable& table, const ShapeProblem& problem) {
   const bool is_of_hole = problem.key == "width" && table.has("radius");
   const bool is_of_fin = problem.key == "resist.shape" && !table.has("resist");
-  table.error(is_of_hole ? "radius" : is_of_fin ? "width" : problem.key, problem.message);
+  const bool is_of_file = problem.key == "points" && table.has("file");
+  table.error(is_of_hole   ? "radius"
+              : is_of_fin  ? "width"
+              : is_of_file ? "file"
+                           : problem.key,
+              problem.message);
 }
 
 // That the shapes make a geometry, by themselves or on what a state has, and that the machine can

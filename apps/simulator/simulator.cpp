@@ -94,8 +94,8 @@ void end_step(State& state, const ProcessStep& step) {
 // What operations do to the layers.
 class Operator {
  public:
-  Operator(Layers& layers, const Materials& materials, Move& move)
-      : layers_(layers), materials_(materials), move_(move) {}
+  Operator(Layers& layers, const Materials& materials, bool keep_free, Move& move)
+      : layers_(layers), materials_(materials), keep_free_(keep_free), move_(move) {}
 
   void operator()(const Planarise& plane) const {
     planarise(layers_, plane_height(plane, layers_, materials_));
@@ -123,9 +123,12 @@ class Operator {
                 outline_columns(layers_, mask.shape.outline, mask.shape.outlines));
   }
   void operator()(const Strip& stripped) const {
-    const std::map<MaterialId, double> before = volumes();
-    strip(layers_, stripped.material, stripped.buried);
-    const std::map<MaterialId, double> after = volumes();
+    Layers whole = layers_.copy();
+    const std::map<MaterialId, double> before = volumes(whole);
+    const bool has_gaps = strip(layers_, stripped.material, stripped.buried, keep_free_);
+    // What falls off is no film that is lost.
+    if (has_gaps && !keep_free_) strip(whole, stripped.material, stripped.buried, true);
+    const std::map<MaterialId, double> after = volumes(has_gaps && !keep_free_ ? whole : layers_);
     for (const auto& [material, volume] : before) {
       const auto left = after.find(material);
       const double lost = volume - (left == after.end() ? 0 : left->second);
@@ -138,17 +141,18 @@ class Operator {
   // Edges that a strip leaves are known to a part of a spacing.
   static constexpr double little_lost = 0.02;
 
-  std::map<MaterialId, double> volumes() const {
-    const std::vector<double> of_layers = material_volumes(layers_);
+  static std::map<MaterialId, double> volumes(const Layers& layers) {
+    const std::vector<double> of_layers = material_volumes(layers);
     std::map<MaterialId, double> volumes;
     // The wafer is whole.
     for (std::size_t n = 1; n < of_layers.size(); ++n)
-      volumes[layers_.stack[n].material] += of_layers[n];
+      volumes[layers.stack[n].material] += of_layers[n];
     return volumes;
   }
 
   Layers& layers_;
   const Materials& materials_;
+  bool keep_free_;
   Move& move_;
 };
 
@@ -159,7 +163,7 @@ Move act_at_once(State& state, const ProcessStep& step, const Materials& materia
   {
     const auto measurement = move.timer.measure("advect");
     const LevelSet before = state.layers.top().copy();
-    std::visit(Operator(state.layers, materials, move), *step.operation);
+    std::visit(Operator(state.layers, materials, step.keep_free, move), *step.operation);
     move.is_in_vain = is_same_surface(before, state.layers.top());
     if (!step.keep_free) move.islands = remove_islands(state.layers);
   }

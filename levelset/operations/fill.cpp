@@ -243,6 +243,7 @@ class Wanted {
 void fill(Layers& layers, double height, const FillPlaces& places) {
   const Frame& frame = layers.frame;
   const double margin = LevelSet::half_width * frame.spacing;
+  if (height <= layers.top().lower()) return;  // all below is solid
   const double lower = std::min(layers.top().lower(), height);
   if (!places.narrower_than && places.on.empty()) {
     const LevelSet below(

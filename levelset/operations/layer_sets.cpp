@@ -109,17 +109,22 @@ void keep_within(Layers& layers, const LevelSet& earlier, const LevelSet& solid)
   redistance_fully(band);
 }
 
-void take_away(Layers& layers, std::size_t first, std::size_t last, const LevelSet* kept) {
+void take_away(Layers& layers, std::size_t first, std::size_t last, const LevelSet* kept,
+               std::span<const GapNode> gaps) {
   const LevelSet* const below = first > 0 ? &layers.stack[first - 1].phi : nullptr;
   const LevelSet of_last = layers.stack[last].phi.copy();
+  const LevelSet of_top = layers.top().copy();
   for (std::size_t n = first; n < layers.stack.size(); ++n) {
     Band& band = layers.stack[n].phi.band();
     combine(band,
-            Bands<3>{&of_last.band(), below == nullptr ? nullptr : &below->band(),
-                     kept == nullptr ? nullptr : &kept->band()},
+            Bands<4>{&of_last.band(), below == nullptr ? nullptr : &below->band(),
+                     kept == nullptr ? nullptr : &kept->band(), &of_top.band()},
             [is_among = n <= last](float phi, const auto& others) {
+              // In what lies on the last one, and stays, borders of materials stay as well.
+              if (!is_among && phi > 0 && others[0] > 0 && others[3] < 0) return phi;
               return without(phi, is_among ? phi : others[0], others[1], others[2]);
             });
+    if (n > last && !gaps.empty()) open_gaps(band, n, *below, gaps);
     redistance_fully(band);
   }
   for (std::size_t n = layers.stack.size(); n-- > 1;)

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 
 #include "levelset/grid/layers.h"
+#include "levelset/operations/thin_gaps.h"
 
 namespace scarp {
 
@@ -21,7 +23,9 @@ void keep_within(Layers& layers, const LevelSet& earlier, const LevelSet& solid)
 /// layers below stay, layers above lose only what is no material of their own.
 ///
 /// Solid may be left that nothing joins to the wafer (see remove_islands).
-void take_away(Layers& layers, std::size_t first, std::size_t last, const LevelSet* kept = nullptr);
+/// gaps: what parts the layers above from those below where no node lies in between.
+void take_away(Layers& layers, std::size_t first, std::size_t last, const LevelSet* kept = nullptr,
+               std::span<const GapNode> gaps = {});
 
 /// The top layer as if the materials of layers first..last were gas.
 LevelSet top_without(const Layers& layers, std::size_t first, std::size_t last);

@@ -3,12 +3,15 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "levelset/grid/band.h"
 #include "levelset/grid/carry.h"
 #include "levelset/grid/exposure.h"
 #include "levelset/operations/layer_sets.h"
+#include "levelset/operations/thin_gaps.h"
+#include "levelset/surface/connectivity.h"
 #include "levelset/surface/phase_graph.h"
 
 namespace scarp {
@@ -183,9 +186,14 @@ LevelSet Reached::kept() {
   return without_.copy();  // which knows the signs of missing leaves
 }
 
-}  // namespace
-
-void strip(Layers& layers, MaterialId material, bool buried) {
+/// Takes the material away; staying as for thin_gaps. Whether that left gaps which no node lay in.
+bool strip_all(Layers& layers, MaterialId material, bool buried, const LevelSet* staying) {
+  bool has_gaps = false;
+  const auto take = [&](std::size_t n, const LevelSet* kept) {
+    const std::vector<GapNode> gaps = thin_gaps(layers, n, kept, staying);
+    has_gaps = has_gaps || !gaps.empty();
+    take_away(layers, n, n, kept, gaps);
+  };
   // What was taken away may have covered more of it, in another layer.
   bool goes_on = true;
   for (std::size_t pass = 0; goes_on && pass < layers.stack.size(); ++pass) {
@@ -193,16 +201,31 @@ void strip(Layers& layers, MaterialId material, bool buried) {
     for (std::size_t n = layers.stack.size(); n-- > 1;) {
       if (layers.stack[n].material != material || !adds_material(layers, n)) continue;
       if (buried) {
-        take_away(layers, n, n);
+        take(n, nullptr);
         continue;
       }
       Reached reached(layers, n);
       if (!reached.any()) continue;
       const LevelSet kept = reached.kept();
-      take_away(layers, n, n, &kept);
+      take(n, &kept);
       goes_on = true;
     }
   }
+  return has_gaps;
+}
+
+}  // namespace
+
+bool strip(Layers& layers, MaterialId material, bool buried, bool keep_free) {
+  Layers parted = layers.copy();
+  if (!strip_all(parted, material, buried, nullptr)) {
+    layers = std::move(parted);
+    return false;
+  }
+  // Only the whole tells what is held after all.
+  if (!keep_free) remove_islands(parted);
+  strip_all(layers, material, buried, &parted.top());
+  return true;
 }
 
 }  // namespace scarp

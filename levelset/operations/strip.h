@@ -12,7 +12,16 @@ namespace scarp {
 /// standing free and are thinner than a spacing may be lost: no grid holds them. Solid may be left
 /// that nothing joins to the wafer (see remove_islands).
 ///
-/// Cost: for each layer of the material that of open_gas and redistance_fully.
-void strip(Layers& layers, MaterialId material, bool buried);
+/// No material grows, but for up to two spacings squared along each edge of a gap. What is gone
+/// leaves gas, also where it was thinner than a spacing: what lay on it is parted from what lies
+/// below. Where that stays, because something else holds it or with keep_free = true, the gap is as
+/// wide as the film was, and less than a spacing from its place.
+///
+/// Returns whether there were such gaps. Without keep_free, what is free then is not whole any
+/// more.
+///
+/// Cost: for each layer of the material that of open_gas and redistance_fully; twice that where
+/// films thinner than a spacing leave gaps.
+bool strip(Layers& layers, MaterialId material, bool buried, bool keep_free = false);
 
 }  // namespace scarp

@@ -249,7 +249,11 @@ std::optional<std::string> thin_feature(const Frame& frame, std::span<const Loop
       return rounded_number(std::round(length / digit) * digit);
     };
     const Point2 place = nearest_end(e, f);
-    fault = "walls at (" + text(place[0]) + ", " + text(place[1]) + ") nm " +
+    // Strips of a section go on along y.
+    std::string where(frame.is_section() ? "x = " : "(");
+    where += text(place[0]);
+    if (!frame.is_section()) where += ", " + text(place[1]) + ')';
+    fault = "walls at " + where + " nm " +
             (gap > 1e-4 * shortest ? "are " + text(gap) + " nm apart" : "touch or cross") +
             "; let shapes overlap, or keep walls " + text(shortest) + " nm apart";
     return true;

@@ -244,6 +244,28 @@ std::vector<Loop> closed_profile(const ProfileShape& shape, double end) {
   return loops;
 }
 
+std::vector<Loop> in_period(const Frame& frame, const ProfileShape& shape,
+                            std::vector<Loop> loops) {
+  if (!shape.is_line || frame.boundary[0] != Boundary::periodic) return loops;
+  const Sides sides = frame.sides();
+  const auto [lower, upper] = heights_of({.loops = loops});
+  loops = region_grid(frame).clipped(
+      loops,
+      box_loop({sides.lower[0], lower - frame.spacing}, {sides.upper[0], upper + frame.spacing}),
+      RegionGrid::Fill::even_odd);
+  // Ends that differ by rounding alone make no wall.
+  const double same = 1e-3 * frame.spacing;
+  for (Loop& loop : loops)
+    for (Point2& r : loop) {
+      if (r[0] < sides.upper[0] - same) continue;
+      for (const Loop& other : loops)
+        for (const Point2& there : other)
+          if (there[0] <= sides.lower[0] + same && std::abs(there[1] - r[1]) < same)
+            r[1] = there[1];
+    }
+  return loops;
+}
+
 Frame profile_frame(const Frame& frame, const std::vector<Loop>& loops) {
   double highest = 0;
   for (const Loop& loop : loops)
@@ -256,7 +278,7 @@ Frame profile_frame(const Frame& frame, const std::vector<Loop>& loops) {
 }
 
 Solid profile_solid(const Frame& frame, const ProfileShape& shape, double end) {
-  const std::vector<Loop> loops = closed_profile(shape, end);
+  const std::vector<Loop> loops = in_period(frame, shape, closed_profile(shape, end));
   const Frame plane = profile_frame(frame, loops);
   // Walls over the profile laid flat, looked at half way up, far from where they end.
   const double high = profile_reach * frame.spacing;

@@ -31,6 +31,10 @@ std::array<double, 2> heights_of(const ProfileShape& shape);
 /// Its loops, a line from side to side closed at a height beyond all that is there.
 std::vector<Loop> closed_profile(const ProfileShape& shape, double end);
 
+/// The part of them in the domain where its sides repeat a line, the ends of which may differ in
+/// height: a wall at the side then. All of them otherwise.
+std::vector<Loop> in_period(const Frame& frame, const ProfileShape& shape, std::vector<Loop> loops);
+
 /// The plane of a section as one seen from above: z is its second axis.
 Frame profile_frame(const Frame& frame, const std::vector<Loop>& loops);
 

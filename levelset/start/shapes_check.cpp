@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "levelset/grid/welded.h"
 #include "levelset/start/mesh_solid.h"
@@ -116,15 +117,17 @@ class BodyChecks {
     const auto [lower, upper] = heights_of(s);
     if (!stack_.reach("points", lower, upper)) return;
     const double far = 32 * frame_.spacing;
-    const std::vector<Loop> loops = closed_profile(s, s.material ? lower - far : upper + far);
+    std::vector<Loop> loops = closed_profile(s, s.material ? lower - far : upper + far);
     if (const auto fault = polygon_fault(loops)) {
       report_.report("points", *fault);
       return;
     }
+    loops = in_period(frame_, s, std::move(loops));
     const Frame plane = profile_frame(frame_, loops);
     const std::vector<Loop> walls = domain_loops(plane, {loops});
     if (walls.empty()) {
-      places_.report_outside("points");
+      report_.report("points", "lies wholly outside the domain, which reaches from x = " +
+                                   in_nm(sides_.lower[0]) + " to " + in_nm(sides_.upper[0]));
     } else if (const auto fault = thin_feature(plane, walls, report_.narrow())) {
       report_.report_narrow("points", *fault, Between::sides);
     }

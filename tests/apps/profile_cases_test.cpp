@@ -76,6 +76,40 @@ TEST_F(ProfileCases, AClosedContourIsABody) {
               200 * 100, 20);
 }
 
+// Of a contour on periodic sides whose ends differ in height each copy ends at the sides.
+TEST_F(ProfileCases, APeriodicContourHasAWallAtTheSide) {
+  const std::string periodic = "extent = [\"800 nm\"]\nboundary = [\"periodic\"]";
+  write("c.csv",
+        "x [nm],z [nm]\n-400,81\n-150,81\n-150,10\n-50,10\n-50,200\n50,200\n50,40\n400,40\n");
+  EXPECT_NEAR(
+      areas(recipe("shape = \"profile\"\nfile = \"c.csv\"\nmaterial = \"SiO2\"", periodic))[1],
+      250 * 81 + 100 * 10 + 100 * 200 + 350 * 40, 200);
+  // A patch with the same ends.
+  write("p.obj",
+        "v -400 -9 81\nv -400 9 81\nv 0 -9 81\nv 0 9 81\nv 10 -9 40\nv 10 9 40\nv 400 -9 40\n"
+        "v 400 9 40\nf 1 3 4\nf 1 4 2\nf 3 5 6\nf 3 6 4\nf 5 7 8\nf 5 8 6\n");
+  EXPECT_NEAR(areas(recipe("shape = \"mesh\"\nfile = \"p.obj\"\nsection = \"y = 0 nm\"\n"
+                           "material = \"SiO2\"",
+                           periodic))[1],
+              400 * 81 + 10 * 60.5 + 390 * 40, 200);
+}
+
+TEST_F(ProfileCases, WhatIsWrongWithAContourIsSaidOfItsFile) {
+  write("c.csv", "x [nm],z [nm]\n0,0\n90,0\n0,90\n90,90\n0,0\n");
+  EXPECT_THAT(check(recipe("shape = \"profile\"\nfile = \"c.csv\"\nmaterial = \"SiO2\"")),
+              HasSubstr("geometry[1].file: edge 1 and edge 3 cross or touch"));
+}
+
+TEST_F(ProfileCases, ThinStripsOfASectionLieAtAnX) {
+  const std::string cut = "cut = \"from -400 nm, 0 nm to 400 nm, 0 nm\"";
+  EXPECT_THAT(
+      check(recipe("shape = \"mask\"\nmaterial = \"resist\"\nthickness = \"50 nm\"\n"
+                   "opening = { shape = \"polygon\", points = [[\"-5 nm\", \"-90 nm\"], "
+                   "[\"5 nm\", \"-90 nm\"], [\"5 nm\", \"90 nm\"], [\"-5 nm\", \"90 nm\"]] }",
+                   cut)),
+      HasSubstr("walls at x = -5 nm are 10 nm apart"));
+}
+
 TEST_F(ProfileCases, AMeshIsCutInAPlane) {
   EXPECT_NEAR(areas(recipe(mesh("section = \"y = 0 nm\"")))[1], 200 * 100, 20);
   EXPECT_NEAR(areas(recipe(mesh("section = \"x = 37 nm\"")))[1], 200 * 100, 20);

@@ -214,6 +214,26 @@ TEST(Watchdog, CountsSurfacesOnWhichPhiIsNoDistance) {
                     HasSubstr("2 of 2 surfaces: |grad phi| is not 1 on a part of it, 0.21")));
 }
 
+// Edges that a strip leaves are as the grid has them: no time step did it, and none mends it.
+TEST(Watchdog, TakesNoEdgesThatAStepAtOnceLeavesForBadTimeSteps) {
+  const Recipe recipe = read_text(
+      "[domain]\nspacing = \"10 nm\"\nextent = [\"200 nm\"]\nmode = \"2d\"\n"
+      "[[geometry]]\nshape = \"wafer\"\nmaterial = \"Si\"\n"
+      "[[step]]\nmodel = \"planarise\"\nheight = \"1 um\"\n");
+  State state = start_state(recipe.domain.frame, recipe.start);
+  begin_step(state, recipe.steps);
+  Survey now = survey(state, recipe);
+  const Move move = advance(state, recipe, now, no_limit);
+  state.layers.top() = LevelSet(
+      recipe.domain.frame, [](Vec3d r) { return 6 * (r.z - 1); }, -200, 200, 4);
+  std::ostringstream messages;
+  Watchdog watchdog(recipe.steps, recipe.materials, recipe.domain.frame.spacing,
+                    Log(messages, Log::Level::everything));
+  watchdog.note(now, move, 0);
+  watchdog.look_at(state, survey(state, recipe));
+  EXPECT_THAT(messages.str(), Not(HasSubstr("grad phi")));
+}
+
 TEST(Watchdog, EndsARunOnWhoseSurfacePhiIsNoDistance) {
   EXPECT_THAT([] { messages_of_phi([](Vec3d r) { return 3 * (r.z - 1); }); },
               testing::ThrowsMessage<NumericalError>(

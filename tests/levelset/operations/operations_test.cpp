@@ -6,6 +6,7 @@
 #include <map>
 
 #include "core/parallel.h"
+#include "core/random.h"
 #include "levelset/grid/band.h"
 #include "levelset/metrology/cross_section.h"
 #include "levelset/operations/coat_on.h"
@@ -23,6 +24,7 @@ constexpr MaterialId si = 0;
 constexpr MaterialId oxide = 1;
 constexpr MaterialId resist = 2;
 constexpr MaterialId metal = 3;
+constexpr MaterialId nitride = 4;
 
 Frame section_frame(int cells) {
   Frame frame{.spacing = 1, .cells = {cells, 1}};
@@ -239,6 +241,136 @@ TEST(Strip, DoesNotPassAFilmThinnerThanASpacing) {
   }
 }
 
+// What stands on a film that no node lies in is parted from the wafer: it does not become of the
+// material above, wherever its sides lie between the nodes.
+TEST(Strip, OfAFilmThinnerThanASpacingFreesWhatStandsOnIt) {
+  for (const double below : {0.0, 0.3, 0.75}) {
+    for (const double thick : {0.05, 0.2, 0.5, 0.9, 1.3}) {
+      std::vector<Shape> base{WaferShape{.material = si}};
+      if (below > 0) base.push_back(LayerShape{.material = metal, .thickness = below});
+      base.push_back(LayerShape{.material = oxide, .thickness = thick});
+      Layers before = build_layers(section_frame(40), base);
+      place_shapes(before, std::vector<Shape>{slot_mask(0, 20, 4.2, MaskShape::Outlines::resist)});
+      auto expected = volumes(before);
+      ASSERT_NEAR(expected[resist], 20 * 4.2, 0.5);
+      for (const bool keep_free : {false, true}) {
+        SCOPED_TRACE(testing::Message() << thick << " on " << below << ' ' << keep_free);
+        Layers layers = before.copy();
+        strip(layers, oxide, true, keep_free);
+        remove_empty_layers(layers);
+        EXPECT_EQ(volumes(layers).count(oxide), 0U);
+        if (keep_free) {
+          // The edges on both sides of the gap lack a spacing squared each at most.
+          EXPECT_NEAR(volumes(layers)[resist], expected[resist], 2);
+          EXPECT_LE(volumes(layers)[resist], expected[resist] + 1e-3);
+        }
+        remove_islands(layers);
+        remove_empty_layers(layers);
+        if (!keep_free) {
+          EXPECT_NEAR(volumes(layers)[resist], 0, 0.02);
+          EXPECT_NEAR(highest_point(layers), below + 0.001, 2e-3);
+        }
+        EXPECT_NEAR(volumes(layers)[metal], expected[metal], 1e-3);
+        EXPECT_NEAR(volumes(layers)[si], expected[si], 1e-3);
+      }
+    }
+  }
+}
+
+// Metal in a lined trench falls out with the liner, however thin that is.
+TEST(Strip, OfALinerFreesWhatItHolds) {
+  for (const double thick : {0.1, 0.4, 0.8, 1.0, 1.1, 1.2, 1.3, 1.4, 1.7}) {
+    Layers layers = build_layers(
+        section_frame(40), std::vector<Shape>{WaferShape{.material = si}, trench_at(0.3, 12, 10)});
+    const double wafer = volumes(layers)[si];
+    add_layer(layers, oxide);
+    coat(layers, thick);
+    add_layer(layers, metal);
+    fill(layers, thick + 2);
+    planarise(layers, 0.001);
+    SCOPED_TRACE(thick);
+    ASSERT_GT(volumes(layers)[metal], 70);
+    strip(layers, oxide, true);
+    remove_islands(layers);
+    EXPECT_NEAR(volumes(layers)[metal], 0, 0.02);
+    EXPECT_NEAR(volumes(layers)[si], wafer, 0.2);
+  }
+}
+
+// A beam that stands on the wafer elsewhere stays over the gap, which is as wide as the film was.
+TEST(Strip, OfAFilmThinnerThanASpacingLeavesAGapUnderABeam) {
+  for (const double thick : {0.2, 0.4, 0.8}) {
+    Layers layers = build_layers(section_frame(60), std::vector<Shape>{WaferShape{.material = si}});
+    place_shapes(layers, std::vector<Shape>{slot_mask(0, 10.4, 5, MaskShape::Outlines::resist)});
+    add_layer(layers, oxide);
+    fill(layers, thick + 0.001);
+    strip(layers, resist, false);
+    remove_empty_layers(layers);
+    add_layer(layers, metal);
+    fill(layers, 4);
+    auto expected = volumes(layers);
+    SCOPED_TRACE(thick);
+    strip(layers, oxide, true);
+    remove_empty_layers(layers);
+    EXPECT_TRUE(remove_islands(layers).empty());
+    EXPECT_EQ(volumes(layers).count(oxide), 0U);
+    // At its two ends the gap is known to some spacings.
+    EXPECT_NEAR(volumes(layers)[metal], expected[metal], 2 * 2.5 * thick);
+    const OpenGas gas = open_gas(layers);
+    double gaps = 0;
+    for (const Region& each : gas.voids) gaps += each.volume;
+    EXPECT_NEAR(gaps, expected[oxide], 2 * 2.5 * thick);
+  }
+}
+
+/// Films of two materials, down to a fiftieth of a spacing, in and over a trench.
+Layers random_stack(RandomStream& random) {
+  const auto between = [&](double a, double b) { return a + (b - a) * random.uniform(); };
+  const auto thickness = [&] { return std::pow(10, between(std::log10(0.02), std::log10(3))); };
+  std::vector<Shape> base{WaferShape{.material = si}};
+  if (between(0, 1) < 0.5)
+    base.push_back(LayerShape{.material = nitride, .thickness = thickness()});
+  if (between(0, 1) < 0.7) base.push_back(LayerShape{.material = oxide, .thickness = thickness()});
+  base.push_back(trench_at(between(-3, 3), between(6, 16), between(3, 14)));
+  Layers layers = build_layers(section_frame(40), base);
+  for (int n = 0; n < 3; ++n) {
+    add_layer(layers, n == 1 ? metal : oxide);
+    coat(layers, thickness());
+  }
+  if (between(0, 1) < 0.5) planarise(layers, between(-2, 2));
+  place_shapes(layers, std::vector<Shape>{slot_mask(between(-4, 4), between(5, 14), between(2, 6),
+                                                    MaskShape::Outlines::resist)});
+  return layers;
+}
+
+// But for the edges of gaps, each of which the grid knows to a spacing or two squared.
+TEST(Strip, OfRandomStacksAddsNothing) {
+  RandomStream random({.seed = 5});
+  int strips = 0;
+  int grown = 0;  // by more than a spacing squared
+  for (int n = 0; n < 100; ++n) {
+    const Layers before = random_stack(random);
+    const auto expected = volumes(before);
+    for (const bool buried : {false, true}) {
+      for (const bool keep_free : {false, true}) {
+        SCOPED_TRACE(testing::Message() << n << ' ' << buried << ' ' << keep_free);
+        Layers layers = before.copy();
+        strip(layers, oxide, buried, keep_free);
+        if (!keep_free) remove_islands(layers);
+        double growth = 0;
+        for (const auto& [material, volume] : volumes(layers)) {
+          const double most = material == oxide && buried ? 0 : expected.at(material);
+          growth = std::max(growth, volume - most);
+        }
+        EXPECT_LE(growth, 6.5);
+        ++strips;
+        grown += growth > 1 ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_LE(grown, strips / 25) << strips;
+}
+
 TEST(Fill, IsFlatAndKeepsToItsHeight) {
   Layers layers = build_layers(
       section_frame(60), std::vector<Shape>{WaferShape{.material = si}, trench_at(-10, 8, 20)});
@@ -260,6 +392,38 @@ TEST(Fill, OfNarrowOpeningsLeavesWideOnes) {
     const double expected = (limit > 8.3 ? 8.3 * 20 : 0) + (limit > 18.6 ? 18.6 * 20 : 0);
     EXPECT_NEAR(volumes(layers)[oxide], expected, 1) << limit;
   }
+}
+
+// Far below the surface there is nothing to fill; nor is there where it is filled already.
+TEST(Fill, BelowAllGasDoesNothing) {
+  for (const double height : {-40.0, -12.0, -6.0, -4.0, -3.5, -3.0, -2.5, -2.0, -1.0, 0.0}) {
+    Layers layers = build_layers(section_frame(40),
+                                 std::vector<Shape>{WaferShape{.material = si},
+                                                    LayerShape{.material = oxide, .thickness = 3}});
+    const double before = volumes(layers)[oxide];
+    add_layer(layers, metal);
+    const std::vector<MaterialId> on{oxide};
+    fill(layers, height, {.narrower_than = 9});
+    fill(layers, height, {.on = on});
+    fill(layers, height);
+    remove_empty_layers(layers);
+    EXPECT_EQ(layers.stack.size(), 2U) << height;
+    EXPECT_NEAR(volumes(layers)[oxide], before, 1e-6) << height;
+  }
+}
+
+// No disc reaches the corners of a wide opening, nor an arm of it that is narrow: both are filled.
+TEST(Fill, OfNarrowPlacesTakesTheCornersOfWideOpenings) {
+  MaskShape mask{.material = resist, .thickness = 5};
+  mask.outline = RectangleOutline{.size = {30, 26}};
+  Frame frame = box_frame();
+  Layers layers = build_layers(frame, std::vector<Shape>{WaferShape{.material = si}, mask});
+  add_layer(layers, oxide);
+  const double diameter = 20;
+  fill(layers, 5, {.narrower_than = diameter});
+  const double corners = (1 - 3.14159265 / 4) * diameter * diameter;
+  // Where no wall is the side of the fill, it lies half a spacing off at most.
+  EXPECT_NEAR(volumes(layers)[oxide], corners * 5, 0.5 * 3.14159265 * diameter * 5);
 }
 
 // A hole that opens into a plaza: discs tell how far the hole goes.

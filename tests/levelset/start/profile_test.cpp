@@ -71,6 +71,29 @@ TEST(Profile, BelowALineAllIsSolidAndAboveItNothing) {
   EXPECT_NEAR(volumes_with({.loops = {line}, .is_line = true})[0], -notch, 3);
 }
 
+// Its ends may differ in height, or lie beyond the sides: each copy is cut at the sides.
+TEST(Profile, SidesRepeatALineAsTheyCutIt) {
+  const auto volume = [](const Loop& line) {
+    return volumes_with({.loops = {line}, .is_line = true, .material = 1}, periodic_slice())[1];
+  };
+  // A wall of 15 at the side, between a low half and a high one.
+  const Loop step{{-60, 25}, {0, 25}, {0, 10}, {60, 10}};
+  EXPECT_NEAR(volume(step), 50 * 25 + 50 * 10, 3);
+  // Slopes that go on beyond the sides.
+  EXPECT_NEAR(volume({{-90, 50}, {90, 14}}), 100 * 32, 3);
+  EXPECT_NEAR(volume({{-50, 20}, {-20, 20}, {-20, 8}, {20, 8}, {20, 19}, {50, 19}}),
+              30 * 20 + 40 * 8 + 30 * 19, 3);
+  // Rounding at the ends makes no wall.
+  EXPECT_NEAR(volume({{-60, 20}, {-20, 20}, {-20, 8}, {20, 8}, {20, 20.00001}, {60, 20.00001}}),
+              60 * 20 + 40 * 8, 3);
+  EXPECT_EQ(
+      check_shapes(periodic_slice(),
+                   std::vector<Shape>{WaferShape{.material = 0},
+                                      ProfileShape{{{{-60, 20}, {0, 5}, {60, 20.00001}}}, true, 1}})
+          .size(),
+      0U);
+}
+
 std::string problem_of(const ProfileShape& profile, const Frame& frame = profile_slice) {
   const auto problems = check_shapes(frame, std::vector<Shape>{WaferShape{.material = 0}, profile});
   return problems.empty() ? "none" : problems[0].key + ": " + problems[0].message;
@@ -82,8 +105,9 @@ TEST(Profile, SaysWhatIsWrong) {
               HasSubstr("points: edge 1 and edge 3 cross or touch"));
   EXPECT_THAT(problem_of({.loops = {{{0, 0}, {1, 0}, {1, 9}, {0, 9}}}, .material = 1}),
               HasSubstr("points: walls at (0, 0) nm are 1 nm apart"));
-  EXPECT_THAT(problem_of({.loops = {{{70, 0}, {90, 0}, {90, 9}}}, .material = 1}),
-              HasSubstr("points: lies wholly outside the domain"));
+  EXPECT_THAT(
+      problem_of({.loops = {{{70, 0}, {90, 0}, {90, 9}}}, .material = 1}),
+      HasSubstr("points: lies wholly outside the domain, which reaches from x = -50 nm to 50 nm"));
   EXPECT_THAT(
       problem_of({.loops = {trapezium}, .material = 1}, {.spacing = 1, .cells = {100, 100}}),
       HasSubstr("shape: a profile needs mode = \"2d\""));
