@@ -3,6 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
+#include <string>
+#include <vector>
+
 #include "core/error.h"
 #include "core/system/atomic_file.h"
 #include "core/system/read_file.h"
@@ -53,6 +57,28 @@ TEST_F(RegionFile, GroupsAreNamedAfterWhatTheyAreBetween) {
   EXPECT_THAT(names, ::testing::UnorderedElementsAre("Si_SiO2", "Si_x_min", "Si_bottom", "Si_y_min",
                                                      "SiO2_gas"));
   EXPECT_FALSE(named.is_filled());
+}
+
+// Its facets fill the regions, and its interfaces are lines.
+TEST_F(RegionFile, AFlatMeshHasLinesBetweenItsRegions) {
+  RegionMesh mesh;
+  mesh.is_flat = true;
+  mesh.regions = {{.name = "Si"}, {.name = "SiO2"}};
+  mesh.bodies = {{0}, {1}};
+  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 0, 1}, {0, 0, 1}};
+  mesh.facets = {{.corners = {0, 1, 2}, .bodies = {0, nothing}, .layer = 0},
+                 {.corners = {0, 2, 3}, .bodies = {1, nothing}, .layer = 1}};
+  const NamedMesh named = named_mesh(mesh);
+  std::map<std::string, int> dimensions;
+  std::map<std::string, std::size_t> corners;
+  for (const ElementGroup& group : named.groups) {
+    dimensions[group.name] = group.dimension;
+    corners[group.name] = group.corners.size();
+  }
+  EXPECT_EQ(dimensions["Si"], 2);
+  EXPECT_EQ(dimensions["SiO2"], 2);
+  EXPECT_EQ(dimensions["Si_SiO2"], 1);
+  EXPECT_EQ(corners["Si_SiO2"], 2U);
 }
 
 TEST_F(RegionFile, AFilledMeshComesBack) {
