@@ -256,11 +256,11 @@ void open_gaps(Band& band, std::size_t layer, const LevelSet& below,
     if (stays) half_gaps[gap.node] = gap.half_gap;
   }
   // The solid beside a gap is a spacing from its middle, where it is next to no other gas.
-  for (const auto& [node, half] : half_gaps) {
-    any_beside(node, [&](const Node& beside) {
+  for (const auto& gap : half_gaps) {
+    any_beside(gap.first, [&](const Node& beside) {
       const Node solid = folded(band, beside);
       if (!(band.node(solid[0], solid[1], solid[2]) < 0)) return false;
-      float widest = half;
+      float widest = gap.second;
       const bool is_beside_other_gas = any_beside(solid, [&](const Node& other) {
         const Node gas = folded(band, other);
         if (band.node(gas[0], gas[1], gas[2]) < 0) return false;
