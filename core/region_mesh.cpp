@@ -101,7 +101,8 @@ struct SideElement {
   int material = RegionMesh::nothing;
   std::vector<std::array<double, 2>> corners{};
 
-  auto operator<=>(const SideElement&) const = default;
+  auto operator<=>(const SideElement&) const =
+      default;  // NOLINT(modernize-use-nullptr): no pointer
 };
 
 std::vector<SideElement> elements_on(const RegionMesh& mesh, int side) {

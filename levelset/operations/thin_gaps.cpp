@@ -210,6 +210,7 @@ std::vector<GapNode> thin_gaps(const Layers& layers, std::size_t layer, const Le
   std::vector<GapNode> gaps;
   GapFinder finder(layers, layer, kept);
   const std::vector<Node> squeezed = finder.squeezed();
+  gaps.reserve(squeezed.size());
   for (const Node& node : squeezed)
     gaps.push_back({.node = node,
                     .place = GapNode::Place::within,

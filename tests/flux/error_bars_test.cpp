@@ -72,7 +72,7 @@ INSTANTIATE_TEST_SUITE_P(Cases, ErrorBars,
 TEST(ErrorBarsOfSections, AreTrueOnFloorAndWall) {
   constexpr int depth = 60;
   const Shape shape = exact::fine_trench(depth, 1);
-  constexpr std::size_t floor = 2 * (4 + depth);
+  constexpr std::size_t floor = std::size_t{2} * (4 + depth);
   constexpr std::size_t floor_end = floor + std::size_t{2} * 20;
   for (const float sticking : {1.0F, 0.1F}) {
     FluxOptions options{.engine = Engine::gather, .rays = 1 << 13};
