@@ -241,7 +241,7 @@ void Gathering::halve_cells_of(std::uint32_t element, std::vector<float>& widths
   }
 }
 
-// Whether any cell is not as narrow as can be.
+// Whether any of them is another one.
 bool Gathering::take_widths(std::vector<float> widths) {
   std::swap(widths, widths_);
   return widths != widths_;

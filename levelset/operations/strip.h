@@ -12,10 +12,11 @@ namespace scarp {
 /// standing free and are thinner than a spacing may be lost: no grid holds them. Solid may be left
 /// that nothing joins to the wafer (see remove_islands).
 ///
-/// No material grows, but for up to two spacings squared along each edge of a gap. What is gone
-/// leaves gas, also where it was thinner than a spacing: what lay on it is parted from what lies
-/// below. Where that stays, because something else holds it or with keep_free = true, the gap is as
-/// wide as the film was, and less than a spacing from its place.
+/// No material grows, but for up to two spacings squared along each edge of a gap, and 6.5 where
+/// several films thinner than 1.5 spacings meet. What is gone leaves gas, also where it was thinner
+/// than a spacing: what lay on it is parted from what lies below. Where that stays, because
+/// something else holds it or with keep_free = true, the gap is as wide as the film was, and less
+/// than a spacing from its place.
 ///
 /// Returns whether there were such gaps. Without keep_free, what is free then is not whole any
 /// more.

@@ -1,6 +1,7 @@
 #include "levelset/operations/thin_gaps.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 #include <utility>
@@ -55,18 +56,12 @@ class GapFinder {
   /// Nodes of the film with both what lies on it and what lies below it beside them.
   std::vector<Node> squeezed() const {
     std::vector<Node> found;
-    const Band& band = last_.band();
-    for (const Leaf& leaf : band.leaves()) {
-      for (int offset = 0; offset < leaf_size; ++offset) {
-        if (!(leaf.phi[offset] < 0) || leaf.phi[offset] < -reach) continue;
-        const Node node = node_at(leaf, offset);
-        if (node[0] >= band.node_count(0) || node[1] >= band.node_count(1)) continue;
-        if (!(phi_at(below_, node) > 0) || !goes(node)) continue;
-        if (any_beside(node, [&](const Node& other) { return phi_at(below_, other) < 0; }) &&
-            any_beside(node, [&](const Node& other) { return lies_above(other); }) && is_film(node))
-          found.push_back(node);
-      }
-    }
+    for_nodes_near([&](const Node& node, float last) {
+      if (!(last < 0) || !(phi_at(below_, node) > 0) || !goes(node)) return;
+      if (any_beside(node, [&](const Node& other) { return phi_at(below_, other) < 0; }) &&
+          any_beside(node, [&](const Node& other) { return lies_above(other); }) && is_film(node))
+        found.push_back(node);
+    });
     std::ranges::sort(found);
     return found;
   }
@@ -75,19 +70,13 @@ class GapFinder {
   /// left of them then has no place on the grid.
   std::vector<Node> bare() const {
     std::vector<Node> found;
-    const Band& band = last_.band();
-    for (const Leaf& leaf : band.leaves()) {
-      for (int offset = 0; offset < leaf_size; ++offset) {
-        if (!(leaf.phi[offset] > 0) || leaf.phi[offset] > reach) continue;
-        const Node node = node_at(leaf, offset);
-        if (node[0] >= band.node_count(0) || node[1] >= band.node_count(1)) continue;
-        const float top = phi_at(top_, node);
-        if (!(top > 0) || leaf.phi[offset] - top <= same_phi || !goes(node)) continue;
-        const Vec3d r = band.frame().node_position(node);
-        if (is_parted_along_an_axis(node) && dot(top_.normal(r), last_.normal(r)) > least_cosine)
-          found.push_back(node);
-      }
-    }
+    for_nodes_near([&](const Node& node, float last) {
+      const float top = phi_at(top_, node);
+      if (!(last > 0) || !(top > 0) || last - top <= same_phi || !goes(node)) return;
+      const Vec3d r = last_.band().frame().node_position(node);
+      if (is_parted_along_an_axis(node) && dot(top_.normal(r), last_.normal(r)) > least_cosine)
+        found.push_back(node);
+    });
     return found;
   }
 
@@ -105,6 +94,20 @@ class GapFinder {
  private:
   static constexpr float reach = 1.5F;         // of a diagonal
   static constexpr double least_cosine = 0.7;  // between sides that go alike
+
+  /// Of the film's upper side.
+  template <class Visit>
+  void for_nodes_near(const Visit& visit) const {
+    const Band& band = last_.band();
+    for (const Leaf& leaf : band.leaves()) {
+      for (int offset = 0; offset < leaf_size; ++offset) {
+        if (std::abs(leaf.phi[offset]) > reach) continue;
+        const Node node = node_at(leaf, offset);
+        if (node[0] < band.node_count(0) && node[1] < band.node_count(1))
+          visit(node, leaf.phi[offset]);
+      }
+    }
+  }
 
   bool goes(const Node& node) const { return kept_ == nullptr || phi_at(*kept_, node) > 0; }
 
@@ -151,16 +154,10 @@ class GapFinder {
   }
 
   void find(bool (GapFinder::*is_parted)(const Node&) const) {
-    const Band& band = last_.band();
-    for (const Leaf& leaf : band.leaves()) {
-      for (int offset = 0; offset < leaf_size; ++offset) {
-        if (!(leaf.phi[offset] > 0) || leaf.phi[offset] > reach) continue;
-        const Node node = node_at(leaf, offset);
-        if (node[0] >= band.node_count(0) || node[1] >= band.node_count(1)) continue;
-        if (!(phi_at(top_, node) < 0) || !goes(node) || gaps_.contains(node)) continue;
-        if ((this->*is_parted)(node)) found_.push_back(node);
-      }
-    }
+    for_nodes_near([&](const Node& node, float last) {
+      if (!(last > 0) || !(phi_at(top_, node) < 0) || !goes(node) || gaps_.contains(node)) return;
+      if ((this->*is_parted)(node)) found_.push_back(node);
+    });
   }
 
   const LevelSet& top_;
@@ -210,17 +207,13 @@ std::vector<GapNode> thin_gaps(const Layers& layers, std::size_t layer, const Le
   std::vector<GapNode> gaps;
   GapFinder finder(layers, layer, kept);
   const std::vector<Node> squeezed = finder.squeezed();
-  gaps.reserve(squeezed.size());
-  for (const Node& node : squeezed)
-    gaps.push_back({.node = node,
-                    .place = GapNode::Place::within,
-                    .layer = layer,
-                    .phi = phi_at(below, node)});
-  for (const Node& node : finder.bare())
-    gaps.push_back({.node = node,
-                    .place = GapNode::Place::within,
-                    .layer = layer,
-                    .phi = phi_at(below, node)});
+  gaps.reserve(squeezed.size());  // and a few more
+  for (const auto& nodes : {squeezed, finder.bare()})
+    for (const Node& node : nodes)
+      gaps.push_back({.node = node,
+                      .place = GapNode::Place::within,
+                      .layer = layer,
+                      .phi = phi_at(below, node)});
   for (const auto& [node, phi] : upper_sides(layers, layer, squeezed))
     gaps.push_back({.node = node,
                     .place = GapNode::Place::beside,
