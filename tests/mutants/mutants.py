@@ -225,6 +225,9 @@ def draw(sources, seed):
 
 # --- Building and testing ---
 
+TEST = re.compile(r"^(?:TYPED_)?TEST(?:_[FP])?\((\w+),", re.MULTILINE)
+NO_TEST = "^$"
+
 
 class Project:
     """A copy of the committed tree in a folder of its own, with its build, both kept from call to call."""
@@ -281,11 +284,20 @@ class Project:
         share = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2
         resource.setrlimit(resource.RLIMIT_AS, (share, share))
 
-    def test(self, module, limit):
-        """The tests of a module without the slow ones: None if all pass, or what failed first. The quick ones run first."""
+    def nearest(self, file):
+        """A pattern for the tests of the room of a source: they stand in the folder of the same name below tests."""
+        sources = sorted((self.tree / "tests" / file).parent.glob("*_test.cpp"))
+        suites = {suite for source in sources for suite in TEST.findall(source.read_text())}
+        return f"(^|/)({'|'.join(sorted(suites))})[./]" if suites else NO_TEST
+
+    def test(self, module, limit, first=NO_TEST):
+        """The tests of a module without the slow ones: None if all pass, or what failed first.
+
+        Those that the pattern `first` names run first, then the quick ones.
+        """
         end = None if limit is None else time.monotonic() + limit
-        for labels in (["-L", "^quick$"], ["-LE", "^(quick|slow)$"]):
-            command = ["ctest", "--test-dir", str(self.build_folder), "-L", f"^{module}$", *labels, "--stop-on-failure"]
+        for choice in (["-R", first], ["-L", "^quick$", "-E", first], ["-LE", "^(quick|slow)$", "-E", first]):
+            command = ["ctest", "--test-dir", str(self.build_folder), "-L", f"^{module}$", *choice, "--stop-on-failure"]
             process = subprocess.Popen(
                 [*command, "-j", str(self.jobs)],
                 stdout=subprocess.PIPE,
@@ -340,7 +352,7 @@ def judge(project, mutant):
             return "does not compile", ""
         if project.programs(module) == usual["programs"]:
             return "same program", ""
-        failed = project.test(module, max(60, 5 * usual["seconds"]))
+        failed = project.test(module, max(60, 5 * usual["seconds"]), project.nearest(mutant.file))
         return ("killed", failed) if failed else ("survived", "")
     finally:
         project.write(mutant, mutant.before)

@@ -120,7 +120,7 @@ class FakeProject(mutants.Project):
     def programs(self, module):
         return self.text().replace("||", "&&")
 
-    def test(self, module, limit):
+    def test(self, module, limit, first):
         return "A.Test" if "min" not in self.text() else None
 
     def usual(self, module):
@@ -152,6 +152,20 @@ class Verdicts(unittest.TestCase):
             rows = mutants.run(project, drawn, 2)
         self.assertEqual([row["result"] for row in rows], ["does not compile", "same program", "survived", "killed"])
         self.assertIn("core/a.cpp:1: kind\n- int x = 2;\n+ int x = 3;", mutants.table(rows))
+
+
+class Nearest(unittest.TestCase):
+    def test_tests_are_those_of_the_same_room(self):
+        with tempfile.TemporaryDirectory() as folder:
+            project = mutants.Project.__new__(mutants.Project)
+            project.tree = Path(folder)
+            room = project.tree / "tests" / "mesh" / "files"
+            room.mkdir(parents=True)
+            (room / "b_test.cpp").write_text("TEST(Two, Holds) {}\nTEST_P(Three, Holds) {}\nTYPED_TEST(Four, Holds) {}")
+            (room.parent / "a_test.cpp").write_text("TEST_F(One, Holds) {}")
+            self.assertEqual(project.nearest("mesh/files/read.cpp"), "(^|/)(Four|Three|Two)[./]")
+            self.assertEqual(project.nearest("mesh/a.h"), "(^|/)(One)[./]")
+            self.assertEqual(project.nearest("mesh/none/a.h"), mutants.NO_TEST)
 
 
 if __name__ == "__main__":
