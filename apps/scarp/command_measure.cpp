@@ -120,16 +120,22 @@ void print_one(const Measured& found, const Materials& materials, bool as_json) 
   }
 }
 
+/// Those that are asked for, each once.
 std::vector<fs::path> files_of(const MeasureArguments& arguments) {
   std::vector<fs::path> files;
+  const auto add = [&](const fs::path& file) {
+    const auto is_same = [&](const fs::path& other) {
+      std::error_code missing;  // which reading the file reports
+      return fs::equivalent(file, other, missing);
+    };
+    if (std::ranges::none_of(files, is_same)) files.push_back(file);
+  };
   for (const std::string& where : arguments.where) {
-    if (!arguments.all || !fs::is_directory(where)) {
-      files.push_back(newest_state(where));
-      continue;
-    }
-    const std::vector<fs::path> states = states_of(where);
-    if (states.empty()) newest_state(where);  // which says what is missing
-    files.insert(files.end(), states.begin(), states.end());
+    const bool takes_all = arguments.all && fs::is_directory(where);
+    const std::vector<fs::path> states = takes_all ? states_of(where) : std::vector<fs::path>{};
+    // Where there is no state, newest_state says what is missing.
+    if (states.empty()) add(newest_state(where));
+    std::ranges::for_each(states, add);
   }
   return files;
 }

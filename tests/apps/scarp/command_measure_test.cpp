@@ -121,8 +121,8 @@ TEST_F(MeasureCommand, WritesATableOfAllOutputsAndSeveralRuns) {
   EXPECT_NEAR(std::stod(table[9].at("depth_nm")), 60, 0.5);
   EXPECT_NEAR(std::stod(table[9].at("left_angle_at_-20_deg")), 90, 0.5);
   EXPECT_NEAR(std::stod(table[9].at("right_angle_at_-20_deg")), 90, 0.5);
-  // Of several runs the newest states, on standard output.
-  const Outcome printed = scarp("measure " + path("one") + ' ' + path("two"));
+  // Of several runs the newest states, on standard output, each once.
+  const Outcome printed = scarp("measure " + path("one") + ' ' + path("two") + ' ' + path("one/"));
   EXPECT_EQ(std::ranges::count(printed.out, '\n'), 3);
 }
 

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,7 +13,10 @@
 namespace scarp {
 namespace {
 
+using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using ::testing::Not;
 
 bool is_installed(const std::string& program) {
@@ -248,9 +252,9 @@ thickness = "25 nm"
   EXPECT_NEAR(revolved["regions"][0]["volume_nm3"], 300 * 300 * 200 - hole, 0.01 * hole);
 }
 
-// Nothing here is thinner than two spacings: what differs is the mesh.
-TEST_F(RegionVolume, ADifferenceOfVolumesIsPutDownToWhatItIs) {
-  write("via.toml", R"(
+/// A tapered plug of W in a liner of TiN, at 10 nm spacing.
+std::string plug(const char* radius, const char* liner) {
+  return fmt::format(R"(
 [domain]
 mode = "axisymmetric"
 spacing = "10 nm"
@@ -264,13 +268,13 @@ material = "SiO2"
 thickness = "200 nm"
 [[geometry]]
 shape = "hole"
-radius = "100 nm"
+radius = "{}"
 depth = "200 nm"
 taper = "6 deg"
 [[step]]
 model = "conformal"
 material = "TiN"
-thickness = "25 nm"
+thickness = "{}"
 [[step]]
 model = "fill"
 material = "W"
@@ -278,15 +282,27 @@ height = "180 nm"
 [[step]]
 model = "planarise"
 stop_material = "SiO2"
-)");
-  run(path("via.toml"));
-  const Outcome outcome = volume_of("device.msh");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.messages;
-  const nlohmann::json warnings = json_of(outcome)["warnings"];
-  for (const std::string warning : warnings) {
-    EXPECT_THAT(warning, HasSubstr("the mesh keeps within "));
-    EXPECT_THAT(warning, HasSubstr(" nm of the run's interfaces; run with a smaller spacing"));
-  }
+)",
+                     radius, liner);
+}
+
+TEST_F(RegionVolume, ADifferenceOfVolumesIsPutDownToWhatItIs) {
+  const auto warnings = [&](const char* radius, const char* liner) {
+    write("via.toml", plug(radius, liner));
+    run(path("via.toml"));
+    const Outcome outcome = volume_of("device.msh");
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.messages;
+    return json_of(outcome)["warnings"].get<std::vector<std::string>>();
+  };
+  EXPECT_THAT(warnings("100 nm", "25 nm"), IsEmpty());
+  // The needle of W has a little too much: the mesh is coarse.
+  EXPECT_THAT(warnings("48 nm", "25 nm"),
+              ElementsAre(AllOf(HasSubstr("W has "), HasSubstr("the mesh keeps within "),
+                                HasSubstr(" nm of the run's interfaces; run with a smaller"))));
+  // A liner thinner than a spacing is too little.
+  EXPECT_THAT(warnings("100 nm", "6 nm"),
+              ElementsAre(AllOf(HasSubstr("TiN has "), HasSubstr("the mesh keeps within "),
+                                HasSubstr(", and leaves out films thinner than 1 nm; run with"))));
 }
 
 struct MeshedConfig {
