@@ -91,6 +91,54 @@ TEST(Remesh, VerticesMoveToAnEdge) {
   EXPECT_LE(quality(sharp, surfaces, 1, 1).reverse_max_distance, 0.05);
 }
 
+/// Two bodies of a flat mesh with a roof between them, in rows of squares that the heights stretch.
+template <class F>
+RegionMesh flat_roof(std::uint32_t cells, const F& height) {
+  RegionMesh mesh;
+  const std::uint32_t half = cells / 2;
+  const double top = cells;
+  mesh.is_flat = true;
+  mesh.upper = {top, 0, top};
+  mesh.regions = {{.name = "Si"}, {.kind = MeshRegion::Kind::gas, .name = "gas"}};
+  mesh.bodies = {{0}, {1}};
+  for (std::uint32_t j = 0; j <= cells; ++j) {
+    for (std::uint32_t i = 0; i <= cells; ++i) {
+      const double z = height(1.0 * i);
+      mesh.vertices.push_back(
+          {1.0 * i, 0, j <= half ? z * j / half : z + (top - z) * (j - half) / half});
+    }
+  }
+  for (std::uint32_t j = 0; j < cells; ++j) {
+    for (std::uint32_t i = 0; i < cells; ++i) {
+      const std::uint32_t v = j * (cells + 1) + i;
+      const int body = j < half ? 0 : 1;
+      const auto add = [&](const Triangle& corners) {
+        mesh.facets.push_back({.corners = corners, .bodies = {body, nothing}, .layer = body});
+      };
+      add({v, v + 1, v + cells + 2});
+      add({v, v + cells + 2, v + cells + 1});
+    }
+  }
+  return mesh;
+}
+
+TEST(Remesh, VerticesOfAFlatMeshMoveToACorner) {
+  constexpr double ridge = 7.4;
+  const auto roof = [](double x) { return 10 - (x < ridge ? 0.2 : 0.8) * std::abs(x - ridge); };
+  const RegionMesh mesh = flat_roof(16, roof);
+  TriMesh exact;
+  for (const double x : {0.0, ridge, 16.0})
+    for (const double y : {-1.0, 1.0}) exact.vertices.emplace_back(Vec3d{x, y, roof(x)});
+  exact.triangles = {{0, 2, 3}, {0, 3, 1}, {2, 4, 5}, {2, 5, 3}};
+  const std::vector<TriMesh> surfaces{exact};
+  EXPECT_GT(quality(mesh, surfaces, 1, 1).max_distance, 0.15);
+  const RegionMesh sharp = remesh(mesh, surfaces, {.spacing = 1, .size = 1, .max_distance = 0.05});
+  EXPECT_LE(quality(sharp, surfaces, 1, 1).max_distance, 1e-3);
+  EXPECT_LE(quality(sharp, surfaces, 1, 1).reverse_max_distance, 1e-3);
+  const double below = (roof(0) + 10) / 2 * ridge + (10 + roof(16)) / 2 * (16 - ridge);
+  EXPECT_NEAR(region_volumes(sharp)[0], below, 1e-3 * 16);
+}
+
 TEST(Remesh, ANeedleGoes) {
   RegionMesh mesh = sheet(8, [](double, double) { return 0.0; });
   mesh.vertices[4 * 9 + 4] = {4.95, 4.02, 0};
