@@ -18,7 +18,7 @@ LAYOUTS = {
     # Mandrels at a pitch of 160 nm (1), and what is cut from the spacers around them (2).
     "sadp_cut": {
         1: [(-100, -300, -60, 300), (60, -300, 100, 300)],
-        2: [(-80, 22, 0, 98)],
+        2: [(-80, 20, 0, 100)],
     },
     # A via (1) under one end of a trench (2).
     "dual_damascene": {

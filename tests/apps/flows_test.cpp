@@ -102,8 +102,8 @@ TEST_F(Flow, SpacersAndACut) {
   run_config("sadp_cut");
   for (const char* const gone : {"aC", "SiO2", "resist"}) EXPECT_FALSE(has(gone)) << gone;
   EXPECT_NEAR(cell("highest_nm", rows(last_output()).front()), 40, 0.01 * spacing);
-  // Four lines of 40 nm, one of them without 76 nm of its length.
-  const double lines = 40 * (4 * 240 - 76);
+  // Four lines of 40 nm, one of them without 80 nm of its length.
+  const double lines = 40 * (4 * 240 - 80);
   EXPECT_NEAR(volume("Si3N4", last_output()), lines * 40, 0.01 * lines * 40);
   const auto widths = by_place("cd_at_20_nm", last_output());
   for (const double x : {-160.0, 80.0}) EXPECT_NEAR(widths.at(x), 40, 0.05 * spacing) << x;
