@@ -222,12 +222,32 @@ class Faces {
   std::vector<CutFace> faces_;  ///< across x and across y
 };
 
+/// Which facets touch one of another material.
+std::vector<char> facets_at_borders(const TriMesh& surface) {
+  constexpr MaterialId none = static_cast<MaterialId>(-1);
+  constexpr MaterialId several = static_cast<MaterialId>(-2);
+  std::vector<MaterialId> at_vertex(surface.vertices.size(), none);
+  for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
+    for (const std::uint32_t v : surface.triangles[f]) {
+      const bool is_same = at_vertex[v] == none || at_vertex[v] == surface.materials[f];
+      at_vertex[v] = is_same ? surface.materials[f] : several;
+    }
+  }
+  std::vector<char> at_border;
+  at_border.reserve(surface.triangles.size());
+  for (const Triangle& corners : surface.triangles)
+    at_border.push_back(
+        std::ranges::any_of(corners, [&](std::uint32_t v) { return at_vertex[v] == several; }));
+  return at_border;
+}
+
 /// The surface as rays meet it, in units of the grid about an origin.
 struct ShadedScene {
   const Layers& layers;
   const TriMesh& surface;
   RayScene rays;
   Vec3d origin;
+  std::vector<char> at_border = facets_at_borders(surface);
 
   Vec3d in_scene(const Vec3d& r) const { return (r - origin) / layers.frame.spacing; }
   Vec3d in_layers(const Vec3d& r) const { return origin + layers.frame.spacing * r; }
@@ -239,6 +259,16 @@ struct ShadedScene {
     const double along = dot(way, ray.u);
     const bool is_straight = flight.u == ray.u && scarp::length(way - along * ray.u) < 1e-3;
     return is_straight && along * layers.frame.spacing <= length * (1 + 1e-6);
+  }
+
+  /// Of the facet, and where materials meet of the lowest layer whose surface is there: by facets
+  /// borders have teeth.
+  MaterialId material(const Flight& flight) const {
+    if (at_border[flight.facet] == 0) return surface.materials[flight.facet];
+    const Vec3d r = in_layers(flight.r);
+    const double there = layers.top().distance(r) + 0.25 * layers.frame.spacing;
+    const auto reaches = [&](const Layer& layer) { return layer.phi.distance(r) <= there; };
+    return std::ranges::find_if(layers.stack, reaches)->material;
   }
 
   /// That of phi where it agrees with the facet: smooth on curved walls, sharp at edges.
@@ -280,7 +310,7 @@ class Shading {
       if (!goes_on) normal = scene_.smooth_normal(there[k]);
       const double lit = std::max(0.0, dot(normal, light));
       seen[samples[k]] = (0.22 + 0.43 * share_of_sky(there[k], there, open) + 0.35 * lit) *
-                         colour_of(scene_.surface.materials[there[k].facet]);
+                         colour_of(scene_.material(there[k]));
     }
   }
 
