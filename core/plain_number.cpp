@@ -19,4 +19,10 @@ std::string plain_number(double value, int digits) {
   return text;
 }
 
+std::string plain_duration(double seconds) {
+  if (seconds < 100) return fmt::format("{:.0f} s", seconds);
+  if (seconds < 6000) return fmt::format("{:.0f} min", seconds / 60);
+  return fmt::format("{:.1f} h", seconds / 3600);
+}
+
 }  // namespace scarp

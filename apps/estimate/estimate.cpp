@@ -16,6 +16,7 @@
 #include "apps/simulator/recipe_warnings.h"
 #include "apps/simulator/surface_speeds.h"
 #include "core/error.h"
+#include "core/plain_number.h"
 #include "core/recipe/quantity.h"
 
 namespace scarp {
@@ -412,14 +413,12 @@ std::optional<std::string> expensive_flux_warning(const CostEstimate& cost, cons
   if (wanted.value == 0 || cost.flux_seconds <= plan.warn_above) return std::nullopt;
   // The time goes with the inverse square of the target.
   const double affordable = wanted.value * std::sqrt(cost.flux_seconds / plan.warn_above);
-  const bool takes_hours = cost.flux_seconds >= 3600;
   return fmt::format(
-      "{}: {} takes about {:.2g} rays per time step and {:.3g} {} on this machine, more than "
+      "{}: {} takes about {:.2g} rays per time step and {} on this machine, more than "
       "flux.warn_above ({}); {:.2g}{} would not",
       wanted.key(), wanted.text(wanted.value), cost.rays_per_time_step,
-      takes_hours ? cost.flux_seconds / 3600 : cost.flux_seconds, takes_hours ? "h" : "s",
-      format_quantity(plan.warn_above, Dimension::time), 1.1 * affordable,
-      wanted.in_position ? " nm" : "");
+      plain_duration(cost.flux_seconds), format_quantity(plan.warn_above, Dimension::time),
+      1.1 * affordable, wanted.in_position ? " nm" : "");
 }
 
 namespace {

@@ -60,12 +60,6 @@ void listen() {
   if (std::signal(SIGHUP, on_last_call) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);
 }
 
-std::string duration_text(double seconds) {
-  if (seconds < 100) return fmt::format("{:.0f} s", seconds);
-  if (seconds < 6000) return fmt::format("{:.0f} min", seconds / 60);
-  return fmt::format("{:.1f} h", seconds / 3600);
-}
-
 // One line that is written over on a terminal; elsewhere a line at least every few seconds.
 class Progress {
  public:
@@ -130,7 +124,7 @@ class Progress {
     const double done = state.time - start_time_;
     if (done <= 0) return "";
     const double wall = std::chrono::duration<double>(now - start_).count();
-    return "  " + duration_text(wall * (end - state.time) / done) + " left";
+    return "  " + plain_duration(wall * (end - state.time) / done) + " left";
   }
 
   std::span<const ProcessStep> steps_;

@@ -26,5 +26,14 @@ TEST(PlainNumber, HasOneForVerySmallAndVeryLargeOnes) {
   EXPECT_EQ(plain_number(std::numeric_limits<double>::infinity(), 3), "inf");
 }
 
+TEST(PlainDuration, HasTheUnitThatPeopleWouldUse) {
+  EXPECT_EQ(plain_duration(0.4), "0 s");
+  EXPECT_EQ(plain_duration(99), "99 s");
+  EXPECT_EQ(plain_duration(100), "2 min");
+  EXPECT_EQ(plain_duration(5940), "99 min");
+  EXPECT_EQ(plain_duration(6000), "1.7 h");
+  EXPECT_EQ(plain_duration(86400), "24.0 h");
+}
+
 }  // namespace
 }  // namespace scarp

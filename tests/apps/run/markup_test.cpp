@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -56,6 +58,31 @@ TEST(PlotSvg, LabelsOfAConstantDiffer) {
     EXPECT_GE(labels.size(), 3U);
     EXPECT_EQ(different.size(), labels.size());
   }
+}
+
+TEST(BarSvg, PartsFollowOnEachOther) {
+  const std::vector<BarPart> parts{{"flux", 3}, {"advection", 1}};
+  const std::string svg = bar_svg("Time", "s", parts);
+  EXPECT_THAT(svg, HasSubstr("Time: 4 s"));
+  EXPECT_THAT(svg, HasSubstr("flux: 3 s (75 %)"));
+  EXPECT_THAT(svg, HasSubstr("advection: 1 s (25 %)"));
+  // Places and lengths of the two pieces.
+  const auto piece = [&](const std::string& colour) {
+    const std::string mark = "<path class=\"bar " + colour + "\" d=\"M";
+    std::array<double, 3> found{};
+    const std::size_t at = svg.find(mark);
+    EXPECT_NE(at, std::string::npos);
+    std::istringstream in(svg.substr(at + mark.size(), 40));
+    char letter = 0;
+    in >> found[0] >> found[1] >> letter >> found[2];
+    EXPECT_EQ(letter, 'h');
+    return found;
+  };
+  const auto flux = piece("c0");
+  const auto advection = piece("c1");
+  EXPECT_NEAR(flux[0] + flux[2], advection[0], 0.11);
+  EXPECT_NEAR(flux[2], 3 * advection[2], 0.4);
+  EXPECT_EQ(flux[1], advection[1]);
 }
 
 }  // namespace

@@ -278,7 +278,7 @@ TEST(DearFlux, IsToldWithATargetThatIsNot) {
   CostEstimate cost{.rays_per_time_step = 1e9, .seconds = 6 * 3600, .flux_seconds = 4 * 3600};
   EXPECT_THAT(expensive_flux_warning(cost, recipe.flux).value_or("nothing"),
               AllOf(HasSubstr("flux.target_error: 0.001 takes about 1e+09 rays per time step"),
-                    HasSubstr("4 h on this machine, more than flux.warn_above (1 h)"),
+                    HasSubstr("4.0 h on this machine, more than flux.warn_above (1 h)"),
                     HasSubstr("; 0.0022 would not")));
   cost.flux_seconds = 3600;
   EXPECT_EQ(expensive_flux_warning(cost, recipe.flux), std::nullopt);
