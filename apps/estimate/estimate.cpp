@@ -355,8 +355,11 @@ class Estimator {
       const double duration = cost_of_step(n).duration;
       if (recipe_.steps[n].until && duration < recipe_.steps[n].duration) ends[n] = duration;
     }
-    const std::vector<UsedMask> known = used_masks(recipe_, {});
-    for (const UsedMask& used : used_masks(recipe_, ends)) {
+    const auto used_with = [&](const std::map<std::size_t, double>& known_ends) {
+      return used_masks(recipe_.start.shapes, recipe_.steps, recipe_.materials, known_ends);
+    };
+    const std::vector<UsedMask> known = used_with({});
+    for (const UsedMask& used : used_with(ends)) {
       const auto is_this = [&](const UsedMask& each) { return each.step == used.step; };
       if (std::ranges::none_of(known, is_this))
         cost_.used_masks.push_back(

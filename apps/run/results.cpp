@@ -127,22 +127,23 @@ bool is_result(const std::string& name) { return name == "metrics.csv" || is_out
 
 namespace {
 
-bool holds_complete_run(const fs::path& folder, const Recipe& recipe) {
-  if (read_text(folder / "recipe.toml") != recipe.resolved) return false;
+bool holds_complete_run(const fs::path& folder, const std::string& resolved,
+                        const StartGeometry& start) {
+  if (read_text(folder / "recipe.toml") != resolved) return false;
   const auto summary = read_summary(folder);
   const auto is = [&](const char* key, const nlohmann::ordered_json& wanted) {
     const auto found = summary.find(key);
     return found != summary.end() && *found == wanted;
   };
   return is("complete", true) && fs::exists(folder / "metrics.csv") &&
-         is("start_state_hash", recipe.start.state ? recipe.start.state->hash : "");
+         is("start_state_hash", start.state ? start.state->hash : "");
 }
 
 }  // namespace
 
 std::optional<std::vector<std::string>> losses_of_complete_run(const fs::path& folder,
                                                                const Recipe& recipe) {
-  if (!holds_complete_run(folder, recipe)) return std::nullopt;
+  if (!holds_complete_run(folder, recipe.resolved, recipe.start)) return std::nullopt;
   const auto summary = read_summary(folder);
   const auto entry = [&](const char* key) { return summary.value(key, nlohmann::ordered_json()); };
   const auto output_count = static_cast<int>(entry("output_times_s").size());
@@ -250,7 +251,7 @@ std::optional<State> ResultFolder::resume(const Log& log) {
         read_metrics_rows(file("metrics.csv"), metrics_head(recipe_.steps, recipe_.simplification),
                           first_time_step(recipe_.start));
   }
-  std::optional<Restart> restart = newest_restart(checkpoints, rows, recipe_hash(recipe_), log);
+  std::optional<Restart> restart = newest_restart(checkpoints, rows, recipe_.hash(), log);
   if (!restart) {
     throw InputError(fmt::format(
         "{}: none of the checkpoints here can be used; run without --resume to start again",

@@ -50,10 +50,10 @@ void print_left_out(const CostEstimate& cost, std::span<const ProcessStep> steps
                reason_of(choice));
 }
 
-nlohmann::ordered_json rates_of(const Recipe& recipe) {
-  const Materials& materials = recipe.materials;
-  nlohmann::ordered_json steps = nlohmann::ordered_json::array();
-  for (const StepRates& rates : blanket_rates(recipe)) {
+nlohmann::ordered_json rates_of(std::span<const StepRates> all, std::span<const ProcessStep> steps,
+                                const Materials& materials) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (const StepRates& rates : all) {
     nlohmann::ordered_json speeds = nlohmann::ordered_json::object();
     nlohmann::ordered_json selectivities = nlohmann::ordered_json::object();
     for (const BlanketRate& rate : rates.rates) {
@@ -61,22 +61,22 @@ nlohmann::ordered_json rates_of(const Recipe& recipe) {
       speeds[name] = rate.speed;
       if (const auto selectivity = rates.selectivity_to(rate)) selectivities[name] = *selectivity;
     }
-    steps.push_back({{"step", rates.step},
-                     {"name", recipe.steps[rates.step].name},
-                     {"rates_nm_s", speeds},
-                     {"selectivity_to", selectivities}});
+    json.push_back({{"step", rates.step},
+                    {"name", steps[rates.step].name},
+                    {"rates_nm_s", speeds},
+                    {"selectivity_to", selectivities}});
     const BlanketRate* const fastest = rates.fastest_etched();
-    if (fastest != nullptr) steps.back()["selectivity_of"] = materials[fastest->material].name;
+    if (fastest != nullptr) json.back()["selectivity_of"] = materials[fastest->material].name;
   }
-  return steps;
+  return json;
 }
 
-void print_rates(const Recipe& recipe) {
-  const std::vector<StepRates> all = blanket_rates(recipe);
+void print_rates(std::span<const StepRates> all, std::span<const ProcessStep> steps,
+                 const Materials& materials) {
   if (all.empty()) return;
   fmt::print("# Rates on an open flat wafer, and selectivities:\n");
   for (const StepRates& rates : all)
-    fmt::print("#   {}: {}\n", recipe.steps[rates.step].name, text_of(rates, recipe.materials));
+    fmt::print("#   {}: {}\n", steps[rates.step].name, text_of(rates, materials));
 }
 
 void print_ends(const CostEstimate& cost, std::span<const ProcessStep> steps,
@@ -112,6 +112,7 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
   const Log log =
       common.quiet || common.json ? Log(std::cerr, Log::Level::warnings) : Log(std::cerr);
   const CostEstimate cost = estimate_cost(on_part(recipe, found), log, write_trial_output);
+  const std::vector<StepRates> rates = blanket_rates(recipe);
   std::vector<std::string> warnings = recipe.warnings;
   warnings.insert(warnings.end(), cost.standstills.begin(), cost.standstills.end());
   warnings.insert(warnings.end(), cost.used_masks.begin(), cost.used_masks.end());
@@ -146,7 +147,7 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
         {"at_most", cost.at_most},
         {"mirror_planes", names_of(found.planes)},
         {"simplify_left_out", left_out_of(cost, recipe.steps)},
-        {"blanket_rates", rates_of(recipe)},
+        {"blanket_rates", rates_of(rates, recipe.steps, recipe.materials)},
         {"ends", ends_of(cost, recipe.steps, recipe.materials, recipe.domain.frame)}};
     std::cout << result.dump(2) << '\n';
     return done;
@@ -155,7 +156,7 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
   if (const std::string text = symmetry_text(recipe.domain, found); !text.empty())
     fmt::print("# Symmetry: {}\n", text);
   print_left_out(cost, recipe.steps);
-  print_rates(recipe);
+  print_rates(rates, recipe.steps, recipe.materials);
   print_ends(cost, recipe.steps, recipe.materials, recipe.domain.frame);
   const std::string seconds =
       cost.seconds < 10 ? fmt::format("{:.2g}", cost.seconds) : fmt::format("{:.0f}", cost.seconds);

@@ -16,6 +16,7 @@
 #include "core/error.h"
 #include "core/printable.h"
 #include "core/recipe/recipe_table.h"
+#include "core/system/hash.h"
 #include "core/system/memory_amount.h"
 #include "core/system/peak_memory.h"
 #include "levelset/motion/advect.h"
@@ -505,6 +506,13 @@ double time_steps(const ProcessStep& step, double duration, double longest_move,
                   std::size_t material_count) {
   if (!step.model) return 1;
   return open_wafer_time_steps(*step.model, step.factors, material_count, duration, longest_move);
+}
+
+std::string Recipe::hash() const {
+  Hash total;
+  total.add(resolved);
+  if (start.state) total.add(start.state->hash);
+  return total.hex();
 }
 
 }  // namespace scarp

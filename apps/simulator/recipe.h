@@ -126,6 +126,9 @@ struct Recipe {
 
   /// By which the surface may move at once. Units: nm.
   double longest_move() const { return advection.cfl * domain.frame.spacing; }
+
+  /// By which a state knows its recipe: of the text and of the state that it starts from.
+  std::string hash() const;
 };
 
 /// Reads the state that another run left. Throws: InputError if it cannot.

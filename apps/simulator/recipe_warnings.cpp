@@ -291,8 +291,9 @@ class Films {
 // Of the flat tops of masks what is left, on an open flat wafer.
 class Masks {
  public:
-  Masks(const Recipe& recipe, OpenSpeeds& speeds) : speeds_(speeds), materials_(recipe.materials) {
-    for (const Shape& shape : recipe.start.shapes)
+  Masks(std::span<const Shape> start, const Materials& materials, OpenSpeeds& speeds)
+      : speeds_(speeds), materials_(materials) {
+    for (const Shape& shape : start)
       if (const auto* const mask = std::get_if<MaskShape>(&shape)) put(*mask);
   }
 
@@ -379,18 +380,20 @@ void judge_coarseness(const RecipeTable& root, const Recipe& recipe) {
     UnheldFilms(shapes, start, frame.spacing, speeds, recipe.materials).refuse(recipe.steps);
   }
   Films(root, frame.spacing, speeds).warn(recipe.steps);
-  for (const UsedMask& used : used_masks(recipe, {})) {
+  for (const UsedMask& used : used_masks(start, recipe.steps, recipe.materials)) {
     const ProcessStep& step = recipe.steps[used.step];
     root.warning(step.path + '.' + step.duration_key, used.text);
   }
 }
 
-std::vector<UsedMask> used_masks(const Recipe& recipe, const std::map<std::size_t, double>& ends) {
-  OpenSpeeds speeds(recipe.steps, recipe.materials.size());
-  Masks masks(recipe, speeds);
+std::vector<UsedMask> used_masks(std::span<const Shape> start, std::span<const ProcessStep> steps,
+                                 const Materials& materials,
+                                 const std::map<std::size_t, double>& ends) {
+  OpenSpeeds speeds(steps, materials.size());
+  Masks masks(start, materials, speeds);
   std::vector<UsedMask> used;
-  for (std::size_t n = 0; n < recipe.steps.size(); ++n) {
-    const ProcessStep& step = recipe.steps[n];
+  for (std::size_t n = 0; n < steps.size(); ++n) {
+    const ProcessStep& step = steps[n];
     if (step.operation) {
       masks.act(*step.operation);
       continue;

@@ -31,6 +31,8 @@ struct UsedMask {
 ///
 /// ends: when steps with an end condition are expected to end, by their numbers; those that are not
 /// there do not count. Units: s from their beginning.
-std::vector<UsedMask> used_masks(const Recipe& recipe, const std::map<std::size_t, double>& ends);
+std::vector<UsedMask> used_masks(std::span<const Shape> start, std::span<const ProcessStep> steps,
+                                 const Materials& materials,
+                                 const std::map<std::size_t, double>& ends = {});
 
 }  // namespace scarp

@@ -113,7 +113,7 @@ Simulation::Simulation(const RecipeSource& source, const SimulationOptions& opti
     std::optional<State> resumed;
     OpeningNames openings;
     if (!options.resume_from.empty()) {
-      Saved saved = resumed_from(options.resume_from, recipe_hash(recipe));
+      Saved saved = resumed_from(options.resume_from, recipe.hash());
       resumed = std::move(saved.state);
       openings = std::move(saved.openings);
     }

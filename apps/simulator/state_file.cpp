@@ -387,13 +387,6 @@ void name_materials(Layers& layers, const std::string& names, const Materials& m
   }
 }
 
-std::string recipe_hash(const Recipe& recipe) {
-  Hash hash;
-  hash.add(recipe.resolved);
-  if (recipe.start.state) hash.add(recipe.start.state->hash);
-  return hash.hex();
-}
-
 void write_state(const fs::path& file, const State& state, const Recipe& recipe,
                  const OpeningNames& openings, CheckpointNotes notes) {
   const Materials& materials = recipe.materials;
@@ -402,7 +395,7 @@ void write_state(const fs::path& file, const State& state, const Recipe& recipe,
   notes["cd_heights_nm"] = joined(recipe.metrology.cd_heights);
   notes["angle_heights_nm"] = joined(recipe.metrology.angle_heights);
   notes["seed"] = std::to_string(recipe.flux.options.seed);
-  notes["recipe_hash"] = recipe_hash(recipe);
+  notes["recipe_hash"] = recipe.hash();
   notes["openings"] = joined(numbers_of(openings));
   StateWriter writer(notes);
   std::apply([&](const auto&... field) { (writer.write(field.name, field.value), ...); },

@@ -22,9 +22,6 @@ void write_state(const std::filesystem::path& file, const State& state, const Re
 /// Throws: InputError with the name of the file if it does not hold them.
 OpeningNames openings_in(const CheckpointNotes& notes, const std::filesystem::path& file);
 
-/// By which a state knows its recipe: that of the text and of the state that it starts from.
-std::string recipe_hash(const Recipe& recipe);
-
 /// The state of a checkpoint of the same recipe.
 ///
 /// Throws: InputError with the name of the file if it holds no state.

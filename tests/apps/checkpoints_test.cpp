@@ -53,7 +53,7 @@ class Checkpoints : public ::testing::Test {
   // The last time step that a checkpoint between outputs holds.
   std::uint32_t saved_time_step(const Recipe& recipe) const {
     const std::vector<fs::path> states{folder_ / "r" / interrupted_state};
-    return newest_restart(states, std::nullopt, recipe_hash(recipe), {})->state.time_step;
+    return newest_restart(states, std::nullopt, recipe.hash(), {})->state.time_step;
   }
 
   TemporaryFolder folder_;
@@ -242,7 +242,7 @@ TEST_F(Checkpoints, HoweverOneIsDamagedTheOneBeforeIsGoneOnFrom) {
   const fs::path before = folder_ / "r" / earlier_interrupted_state;
   const std::vector<fs::path> states{folder_ / "r" / "state_0000.vdb", newest, before};
   const auto found = [&](std::ostream& messages) {
-    return newest_restart(states, std::nullopt, recipe_hash(known),
+    return newest_restart(states, std::nullopt, known.hash(),
                           Log(messages, Log::Level::everything))
         .value();
   };
@@ -251,7 +251,7 @@ TEST_F(Checkpoints, HoweverOneIsDamagedTheOneBeforeIsGoneOnFrom) {
   ASSERT_EQ(none.str(), "");
   const std::string whole = read_file(newest);
   const std::string hash_before = state_hash(
-      newest_restart({&before, 1}, std::nullopt, recipe_hash(known), {})->state, known.materials);
+      newest_restart({&before, 1}, std::nullopt, known.hash(), {})->state, known.materials);
   const auto expect_earlier = [&](const std::string& bytes, const std::string& how) {
     std::ofstream(newest, std::ios::binary) << bytes;
     std::ostringstream messages;
