@@ -184,6 +184,10 @@ class InertLayers {
         solid[axis] += step;
         std::array<int, 3> within = solid;
         within[axis] += step;
+        if (const auto depth = depth_of_interface(layer, solid, axis, step)) {
+          distance = std::min(distance, 1 - *depth);
+          continue;
+        }
         const float phi_solid = phi(layer, solid);
         distance = std::min({distance, 2 * phi_solid - phi(layer, within), phi_solid + 1});
       }
@@ -191,10 +195,25 @@ class InertLayers {
     return is_hidden && distance > *old + same_phi ? std::optional(distance) : std::nullopt;
   }
 
+  /// Whether a wall of a standing layer that stands on what is below it is next to a node.
+  bool stands_against_wall(std::array<int, 3> node) const {
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int step : {-1, 1}) {
+        std::array<int, 3> other = node;
+        other[axis] += step;
+        const int layer = standing_layer_at(other);
+        if (layer != none && depth_of_interface(layer, other, axis, step)) return true;
+      }
+    }
+    return false;
+  }
+
   /// Of a node in a standing layer at which a wall of that is laid bare from the side, how far that
-  /// is: as the wall goes on that is seen on an edge beside.
+  /// is: as the wall goes on that is seen on an edge beside. Not where what went stood against the
+  /// wall, whose place is known.
   std::optional<float> wall_laid_bare(int layer, std::array<int, 3> node, int axis,
                                       int step) const {
+    if (depth_of_interface(layer, node, axis, -step)) return std::nullopt;
     std::optional<float> nearest;
     for (int across = 0; across < 3; ++across) {
       if (across == axis) continue;
@@ -216,21 +235,29 @@ class InertLayers {
   }
 
  private:
+  /// How far a node in a standing layer is from the interface with what is below that, where this
+  /// lies across the edge to the node before it. step: from there to the node.
+  std::optional<float> depth_of_interface(int layer, std::array<int, 3> node, int axis,
+                                          int step) const {
+    if (layer == 0) return std::nullopt;
+    std::array<int, 3> beyond = node;
+    beyond[axis] += step;
+    const float depth = phi(layer - 1, node);
+    const float least_slope = axis == 2 ? 0.7F : 0.85F;  // of an underside; of a wall
+    const bool is_across = depth > 0 && depth < 1 && phi(layer - 1, beyond) - depth > least_slope;
+    return is_across ? std::optional(depth) : std::nullopt;
+  }
+
   /// phi of a node once nothing is left between it and a standing layer that is seen on an edge:
   /// that of the layer, or, at its underside, the distance to that, as far as what hangs there is
   /// etched in this time step.
   float bare_phi(int layer, std::array<int, 3> node, int axis, int step, float old) const {
     const float bare = phi(layer, node);
-    if (layer == 0) return bare;
     std::array<int, 3> solid = node;
     if (!(old < 0)) solid[axis] += step;
-    std::array<int, 3> beyond = solid;
-    beyond[axis] += old < 0 ? -step : step;
-    const float above = phi(layer - 1, solid);
-    constexpr float least_slope = 0.7F;  // that of an underside, and of no wall
-    if (!(above > 0 && above < 1 && phi(layer - 1, beyond) - above > least_slope)) return bare;
-    if (axis < 2 && wall_laid_bare(layer, solid, axis, old < 0 ? step : -step)) return bare;
-    return std::max(bare, std::min(old < 0 ? -above : 1 - above, old + way_));
+    const auto depth = depth_of_interface(layer, solid, axis, old < 0 ? -step : step);
+    if (!depth) return bare;
+    return std::max(bare, std::min(old < 0 ? -*depth : 1 - *depth, old + way_));
   }
 
   /// The standing layer that is seen on a cut edge, or none.
@@ -282,7 +309,9 @@ class Keeper {
   /// there the upwind slope is too small, because phi of the gas is cut off by the distance to the
   /// standing layer.
   float not_held_back(std::array<int, 3> node, const float* old, float wanted) const {
-    if (!(*old < 0) || field_.grows_beside_inert) {
+    if (field_.grows_beside_inert) return wanted;
+    if (standing_.stands_against_wall(node)) wanted = std::max(wanted, along_wall(node, old));
+    if (!(*old < 0)) {
       return wanted;
     }
     const float free = *old - dt_ * speed(node);
@@ -299,6 +328,53 @@ class Keeper {
       }
     }
     return wanted;
+  }
+
+  /// Where what recedes goes down along the wall of a standing layer above it: there phi beyond the
+  /// wall is the distance to the surface of that layer, and tells neither slope nor normal of what
+  /// goes. From a node to the next one along the wall, gas to solid or back.
+  float along_wall(std::array<int, 3> node, const float* old) const {
+    float fastest = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int step : {-1, 1}) {
+        if ((old[step * axis_strides[axis]] < 0) == (*old < 0)) continue;
+        std::array<int, 3> other = node;
+        other[axis] += step;
+        const std::array<int, 3>& solid = *old < 0 ? node : other;
+        if (standing_.standing_layer_at(solid) != InertLayers::none) continue;
+        if (*old < 0 && !standing_.stands_against_wall(other)) continue;
+        fastest = std::min(fastest, speed(solid, normal_beside_wall(node, old)));
+      }
+    }
+    return *old - dt_ * fastest;
+  }
+
+  /// By differences to nodes outside of standing layers.
+  Vec3f normal_beside_wall(std::array<int, 3> node, const float* old) const {
+    Vec3f gradient;
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::ptrdiff_t stride = axis_strides[axis];
+      std::array<int, 3> lower = node;
+      std::array<int, 3> upper = node;
+      lower[axis] -= 1;
+      upper[axis] += 1;
+      const bool has_lower = standing_.standing_layer_at(lower) == InertLayers::none;
+      const bool has_upper = standing_.standing_layer_at(upper) == InertLayers::none;
+      if (!has_lower && !has_upper) continue;
+      const float high = has_upper ? old[stride] : *old;
+      const float low = has_lower ? old[-stride] : *old;
+      gradient[axis] = (high - low) * (has_lower && has_upper ? 0.5F : 1.0F);
+    }
+    return gradient / std::max(length(gradient), 1e-6F);
+  }
+
+  /// Of a surface with this normal.
+  float speed(std::array<int, 3> node, const Vec3f& n) const {
+    const std::size_t at = band_.place(node).index();
+    float sum = field_.speed[at];
+    for (const AngularSpeed& part : field_.angular)
+      sum += part.amplitude[at] * part.factor.value(n);
+    return sum;
   }
 
   float speed(std::array<int, 3> node) const { return field_.speed[band_.place(node).index()]; }

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "program.h"
 
 namespace scarp {
@@ -67,6 +69,56 @@ TEST_F(StopLayer, SlowFilmsHoldUpAnEtchByTheirRatesAtAnySpacing) {
   for (const std::string spacing : {"20 nm", "5 nm"}) {
     const Found found = run("six_films", "--set domain.spacing='\"" + spacing + "\"'");
     EXPECT_NEAR(60 - found.after["lowest_nm"].get<double>(), depth, 0.05) << spacing;
+  }
+}
+
+// Beyond the wall phi is the distance to the other surface of the spacer: the wall was off by half
+// a spacing wherever it lay between nodes, and the spacers gained a seventh of their area.
+TEST_F(StopLayer, SpacersKeepTheirWallsWhereTheMandrelIsEtchedAway) {
+  constexpr double spacing = 5;
+  constexpr double exact = 2 * (15 * 40 + std::numbers::pi * 15 * 15 / 4);
+  constexpr double blunt = 2 * 0.6 * spacing * spacing;  // at the top of either spacer
+  const auto check = [&](const std::string& what, const std::string& more, double width) {
+    const nlohmann::json found = run("pulled_mandrel", more).after;
+    const nlohmann::json& volumes = found["volumes_nm3"];
+    EXPECT_NEAR(volumes["W"].get<double>() / width, exact, 0.01 * exact + blunt) << what;
+    EXPECT_LT(volumes.value("Si3N4", 0.0) / width, 0.5) << what;
+    double open = 0;
+    for (const nlohmann::json& opening : found["openings"])
+      open += opening["cd_at"][0]["cd_nm"].get<double>();
+    EXPECT_NEAR(open, 320 - 2 * 15, 0.1 * spacing) << what;
+  };
+  for (const std::string center : {"0", "0.3", "1.2", "2.5", "3.7"}) {
+    const std::string at = "--set 'geometry[2].center=\"" + center + " nm\"' ";
+    check(center, at, spacing);
+    check("isotropic " + center,
+          at + "--set 'step[2]={model=\"isotropic\", duration=\"120 s\", "
+               "etch_rate={Si3N4=\"1 nm/s\", default=\"0 nm/s\"}}'",
+          spacing);
+  }
+  check("3D",
+        "--set 'domain.mode=\"3d\"' --set 'domain.extent=[\"320 nm\", \"20 nm\"]' "
+        "--set 'domain.boundary=[\"periodic\", \"reflective\"]'",
+        20);
+}
+
+TEST_F(StopLayer, RingsKeepTheirWallsWhereTheMandrelIsEtchedAway) {
+  for (const double radius : {50.0, 52.5, 53.7}) {
+    const nlohmann::json found =
+        run("pulled_mandrel",
+            "--set 'domain.mode=\"axisymmetric\"' --set 'domain.extent=[\"240 nm\"]' --set "
+            "'domain.boundary=[\"reflective\"]' --set 'geometry[2]={shape=\"hole\", radius=\"" +
+                std::to_string(radius) + " nm\", depth=\"60 nm\"}'")
+            .after;
+    // A film around a rounded edge, 40 nm of it upright: by Pappus, from the mandrel's wall
+    // inwards.
+    constexpr double pi = std::numbers::pi;
+    const double upright = pi * (radius * radius - (radius - 15) * (radius - 15)) * 40;
+    const double quarter = 2 * pi * (radius - 4 * 15 / (3 * pi)) * (pi * 15 * 15 / 4);
+    const double exact = upright + quarter;
+    const double blunt = 2 * pi * radius * 0.6 * 25;
+    EXPECT_NEAR(found["volumes_nm3"]["W"].get<double>(), exact, 0.01 * exact + blunt) << radius;
+    EXPECT_LT(found["volumes_nm3"].value("Si3N4", 0.0), 1e-4 * exact) << radius;
   }
 }
 
