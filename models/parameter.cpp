@@ -40,15 +40,6 @@ bool read_flag(const RecipeTable& table, const Parameter& parameter) {
   return table.flag(parameter.name, parameter.limits.fallback == "true");
 }
 
-void require_on_wafer(const RecipeTable& step, std::string_view key, MaterialId material,
-                      const StepScope& scope) {
-  if (!step.ok(key) || std::ranges::find(scope.reachable, material) != scope.reachable.end())
-    return;
-  step.error(std::string(key), "there is no " + scope.materials[material].name +
-                                   " on the wafer when the step starts; name a material of the "
-                                   "geometry or of an earlier step");
-}
-
 std::vector<MaterialId> read_material_list(const RecipeTable& table, const Parameter& parameter,
                                            const StepScope& scope) {
   return table.material_list(parameter.name, scope.materials, {.minimum = 0},

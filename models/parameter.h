@@ -84,11 +84,6 @@ void require_one(const RecipeTable& step, const StepScope& scope, const Paramete
                  const std::function<bool(MaterialId)>& holds, std::string_view what,
                  std::string_view so);
 
-/// An error at a key that names a material, unless the step finds it on the wafer as far as a
-/// recipe tells.
-void require_on_wafer(const RecipeTable& step, std::string_view key, MaterialId material,
-                      const StepScope& scope);
-
 /// Readers of parameters by their rows.
 double read_value(const RecipeTable& table, const Parameter& parameter);
 bool read_flag(const RecipeTable& table, const Parameter& parameter);

@@ -70,12 +70,19 @@ struct OwnDuration {
   std::string_view key;
 };
 
+/// A material that has to be on the wafer when a step begins.
+struct NeededMaterial {
+  std::string_view key;  ///< of the step, which names it
+  MaterialId material = 0;
+};
+
 /// What a step of a recipe comes to: a model or an operation, neither if it could not be read.
 struct StepModel {
   std::shared_ptr<const SurfaceModel> model{};
   std::optional<MaterialId> deposits{};  ///< the material that grows; none if it only etches
   std::optional<LayerOperation> operation{};
   OwnDuration duration{};  ///< of models that have one, see ModelDescription
+  std::vector<NeededMaterial> needs{};
 };
 
 }  // namespace scarp

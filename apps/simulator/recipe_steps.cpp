@@ -227,6 +227,7 @@ class StepReader {
       return {};
     }
     const auto known = reachable_;
+    rounds_depth_ += count > 1 ? 1 : 0;
     const auto until = table.has("until") ? std::optional(read_round_end(table)) : std::nullopt;
     const bool was_in_until = std::exchange(in_until_, in_until_ || until);
     ++cycle_depth_;
@@ -240,6 +241,7 @@ class StepReader {
       round = read(inner);
     }
     --cycle_depth_;
+    rounds_depth_ -= count > 1 ? 1 : 0;
     in_until_ = was_in_until;
     if (is_too_many(table, static_cast<double>(count) * static_cast<double>(round.size())))
       return {};
@@ -282,6 +284,24 @@ class StepReader {
         {until, is_depth ? "material" : name_of(condition.kind), *condition.material, reachable_});
   }
 
+  // Of several materials at a key one has to be there in the first round, others may come later.
+  void ask_materials(const RecipeTable& table, std::span<const NeededMaterial> needs) {
+    const auto is_there = [&](MaterialId material) {
+      return std::ranges::find(reachable_, material) != reachable_.end();
+    };
+    for (const NeededMaterial& each : needs) {
+      if (!table.ok(each.key) || is_there(each.material)) continue;
+      const bool has_another = std::ranges::any_of(needs, [&](const NeededMaterial& other) {
+        return other.key == each.key && is_there(other.material);
+      });
+      if (rounds_depth_ > 0 && has_another) {
+        asked_materials_.push_back({table, std::string(each.key), each.material, reachable_});
+      } else {
+        refuse_unknown(table, each.key, each.material, reachable_);
+      }
+    }
+  }
+
   std::vector<ProcessStep> read_one(const RecipeTable& table) {
     ProcessStep step;
     step.path = table.path();
@@ -303,6 +323,7 @@ class StepReader {
       step.duration = checked_duration(table, made.duration);
       step.duration_key = made.duration.key;
     }
+    ask_materials(table, made.needs);
     step.deposits = made.deposits;
     step.model = std::move(made.model);
     if (step.model) step.factors = step.model->angular().factors();
@@ -358,21 +379,27 @@ class StepReader {
 
   // Once all is known that a step can meet; of a cycle, what the whole cycle deposits.
   void refuse_unknown_materials() {
-    for (const auto& [until, key, material, reachable] : asked_materials_) {
+    for (const auto& [table, key, material, reachable] : asked_materials_) {
       std::vector<MaterialId> there = reachable;
       for (const MaterialId each : reachable_) add_once(each, there);
-      if (std::ranges::find(there, material) != there.end()) continue;
-      std::string known;
-      for (const MaterialId each : there)
-        known += (known.empty() ? "" : ", ") + recipe_.materials[each].name;
-      until.error(key, fmt::format("there is no {} on the wafer when the step begins; there is {}",
-                                   recipe_.materials[material].name, known));
+      if (std::ranges::find(there, material) == there.end())
+        refuse_unknown(table, key, material, there);
     }
     asked_materials_.clear();
   }
 
+  void refuse_unknown(const RecipeTable& table, std::string_view key, MaterialId material,
+                      std::span<const MaterialId> there) const {
+    std::string known;
+    for (const MaterialId each : there)
+      known += (known.empty() ? "" : ", ") + recipe_.materials[each].name;
+    table.error(std::string(key),
+                fmt::format("there is no {} on the wafer when the step begins; there is {}",
+                            recipe_.materials[material].name, known));
+  }
+
   struct AskedMaterial {
-    RecipeTable until;
+    RecipeTable table;
     std::string key;
     MaterialId material;
     std::vector<MaterialId> reachable;  ///< when the step begins
@@ -383,6 +410,7 @@ class StepReader {
   std::vector<MaterialId> occurring_;  ///< at any time
   std::vector<AskedMaterial> asked_materials_;
   int cycle_depth_ = 0;
+  int rounds_depth_ = 0;  ///< of cycles with more than one round
   bool in_until_ = false;
   bool keep_free_ = false;  // of the step before
 };

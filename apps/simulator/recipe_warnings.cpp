@@ -298,10 +298,19 @@ class Masks {
   }
 
   void act(const LayerOperation& operation) {
-    if (const auto* const mask = std::get_if<MaskFilm>(&operation)) put(mask->shape);
-    if (const auto* const strip = std::get_if<Strip>(&operation)) left_.erase(strip->material);
-    // How high a polish leaves a mask is not known here.
-    if (std::holds_alternative<Planarise>(operation)) left_.clear();
+    if (const auto* const mask = std::get_if<MaskFilm>(&operation)) return put(mask->shape);
+    if (const auto* const strip = std::get_if<Strip>(&operation)) {
+      left_.erase(strip->material);
+      return;
+    }
+    const auto* const plane = std::get_if<Planarise>(&operation);
+    if (plane == nullptr) {
+      is_bare_ = false;
+    } else if (plane->removal && is_bare_ && left_.size() == 1) {
+      left_.begin()->second -= *plane->removal;
+    } else {
+      left_.clear();  // how high the plane leaves a mask is not known here
+    }
   }
 
   // What to say of those that are used up now.
@@ -309,6 +318,7 @@ class Masks {
     std::vector<std::string> used;
     for (auto& [material, left] : left_) {
       const double rate = -speeds_.speed(model, material);
+      is_bare_ = is_bare_ && rate >= 0;
       if (!(rate > 0) || left <= 0) continue;
       const double before = std::exchange(left, left - rate * duration);
       if (left > 0) continue;
@@ -322,11 +332,15 @@ class Masks {
   }
 
  private:
-  void put(const MaskShape& mask) { left_[mask.material] = mask.thickness; }
+  void put(const MaskShape& mask) {
+    left_[mask.material] = mask.thickness;
+    is_bare_ = true;
+  }
 
   OpenSpeeds& speeds_;
   const Materials& materials_;
   std::map<MaterialId, double> left_;  // thickness; nm
+  bool is_bare_ = false;               // the last mask has nothing on it
 };
 
 // The flux on a facet is one number.

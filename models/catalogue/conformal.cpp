@@ -28,8 +28,9 @@ std::span<const Parameter> parameters() {
 StepModel read(const RecipeTable& step, const StepScope& scope) {
   const ConformalFilm film{.thickness = read_value(step, thickness),
                            .on = step.material_list_or("all", on.name, scope.materials)};
-  for (const MaterialId each : film.on) require_on_wafer(step, on.name, each, scope);
-  return {.deposits = step.material("material", scope.materials), .operation = film};
+  StepModel made{.deposits = step.material("material", scope.materials), .operation = film};
+  for (const MaterialId each : film.on) made.needs.push_back({on.name, each});
+  return made;
 }
 
 }  // namespace

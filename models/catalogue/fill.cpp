@@ -37,7 +37,6 @@ std::span<const Parameter> parameters() {
 
 StepModel read(const RecipeTable& step, const StepScope& scope) {
   Fill fill{.on = step.material_list_or("all", on.name, scope.materials)};
-  for (const MaterialId each : fill.on) require_on_wafer(step, on.name, each, scope);
   if (step.has(narrower_than.name)) fill.narrower_than = read_value(step, narrower_than);
   const std::optional<MaterialId> filled = step.material(material.name, scope.materials);
   if (!step.has(height.name) && !step.has(above.name)) {
@@ -50,7 +49,9 @@ StepModel read(const RecipeTable& step, const StepScope& scope) {
   } else {
     fill.above = read_value(step, above);
   }
-  return {.deposits = filled, .operation = fill};
+  StepModel made{.deposits = filled, .operation = fill};
+  for (const MaterialId each : fill.on) made.needs.push_back({on.name, each});
+  return made;
 }
 
 }  // namespace

@@ -28,13 +28,6 @@ std::span<const Parameter> parameters() {
   return rows;
 }
 
-/// A material that the stack has when the step starts, as far as a recipe tells.
-std::optional<MaterialId> read_stop(const RecipeTable& step, const StepScope& scope) {
-  const MaterialId material = step.material(stop_material.name, scope.materials);
-  require_on_wafer(step, stop_material.name, material, scope);
-  return material;
-}
-
 StepModel read(const RecipeTable& step, const StepScope& scope) {
   std::vector<std::string_view> given;
   std::vector<std::string_view> names;
@@ -56,8 +49,10 @@ StepModel read(const RecipeTable& step, const StepScope& scope) {
   Planarise plane;
   if (given[0] == height.name) plane.height = read_value(step, height);
   if (given[0] == removal.name) plane.removal = read_value(step, removal);
-  if (given[0] == stop_material.name) plane.stop_material = read_stop(step, scope);
-  return {.operation = plane};
+  if (given[0] != stop_material.name) return {.operation = plane};
+  const MaterialId stop = step.material(stop_material.name, scope.materials);
+  plane.stop_material = stop;
+  return {.operation = plane, .needs = {{stop_material.name, stop}}};
 }
 
 }  // namespace

@@ -21,17 +21,13 @@ std::span<const Parameter> parameters() {
 StepModel read(const RecipeTable& step, const StepScope& scope) {
   const Strip strip{.material = step.material(material.name, scope.materials),
                     .buried = read_flag(step, buried)};
-  if (step.ok(material.name) && !scope.reachable.empty()) {
-    const std::string& name = scope.materials[strip.material].name;
-    if (strip.material == scope.reachable.front()) {
-      step.error(material.name, name +
-                                    " is what the wafer is made of, and that stays; name a "
-                                    "material of a layer, a mask or a film");
-    } else {
-      require_on_wafer(step, material.name, strip.material, scope);
-    }
+  if (step.ok(material.name) && !scope.reachable.empty() &&
+      strip.material == scope.reachable.front()) {
+    step.error(material.name, scope.materials[strip.material].name +
+                                  " is what the wafer is made of, and that stays; name a "
+                                  "material of a layer, a mask or a film");
   }
-  return {.operation = strip};
+  return {.operation = strip, .needs = {{material.name, strip.material}}};
 }
 
 }  // namespace

@@ -211,11 +211,12 @@ TEST_F(Flow, AMaskThatIsUsedUp) {
 // Of 200 nm at 90 nm/min a mask is gone after 133 1/3 s, told to six digits. With an end condition
 // that is not known before the end is.
 TEST_F(Flow, AMaskThatIsUsedUpBeforeTheEndOfAStep) {
-  const auto etch = [](const std::string& more) {
+  const auto etch = [](const std::string& more, const std::string& before = "") {
     return read_recipe(RecipeSource{
         .text = flat_section +
                 "[[step]]\nmodel = \"mask\"\nmaterial = \"resist\"\nthickness = \"200 nm\"\n"
-                "opening = { shape = \"trench\", width = \"100 nm\" }\n"
+                "opening = { shape = \"trench\", width = \"100 nm\" }\n" +
+                before +
                 "[[step]]\nname = \"deep etch\"\nmodel = \"directional\"\n"
                 "directional_etch_rate = { Si = \"5 nm/s\", resist = \"90 nm/min\" }\n" +
                 more,
@@ -228,6 +229,14 @@ TEST_F(Flow, AMaskThatIsUsedUpBeforeTheEndOfAStep) {
       "s; use a thicker mask, or a shorter step";
   EXPECT_THAT(timed.warnings[0], testing::HasSubstr(what));
   EXPECT_TRUE(estimate_cost(timed).used_masks.empty());
+  // Polished by 50 nm; a film on the mask would make that another number.
+  const std::string polish = "[[step]]\nmodel = \"planarise\"\nremoval = \"50 nm\"\n";
+  const Recipe polished = etch("duration = \"110 s\"\n", polish);
+  ASSERT_EQ(polished.warnings.size(), 1U);
+  EXPECT_THAT(polished.warnings[0], testing::HasSubstr("150 nm of resist are gone after 100 s"));
+  const std::string film =
+      "[[step]]\nmodel = \"conformal\"\nmaterial = \"Si\"\nthickness = \"50 nm\"\n";
+  EXPECT_TRUE(etch("duration = \"110 s\"\n", film + polish).warnings.empty());
 
   const Recipe ended =
       etch("duration = \"1000 s\"\nuntil = { depth = \"1 um\", material = \"Si\" }\n");
@@ -282,6 +291,15 @@ TEST_F(Flow, AfterABuriedStripTheMaterialIsNotMet) {
   EXPECT_EQ(error_of(twice + inner + silicon + inner + mask + inner + strip), "");
   EXPECT_THAT(error_of(twice + inner + silicon + inner + strip + inner + mask),
               testing::HasSubstr("no resist on the wafer"));
+  // What grows on itself in later rounds.
+  const std::string film = "\nmodel = \"conformal\"\nmaterial = \"HfO2\"\nthickness = \"20 nm\"\n";
+  EXPECT_EQ(error_of(twice + inner + film + "on = [\"Si\", \"HfO2\"]\n"), "");
+  EXPECT_THAT(error_of(twice + inner + film + "on = [\"HfO2\"]\n"),
+              testing::HasSubstr("on: there is no HfO2 on the wafer when the step begins"));
+  EXPECT_THAT(error_of(step + film + "on = [\"Si\", \"HfO2\"]\n"),
+              testing::HasSubstr("on: there is no HfO2 on the wafer when the step begins"));
+  EXPECT_THAT(error_of(step + "\nmodel = \"planarise\"\nstop_material = \"SiO2\"\n"),
+              testing::HasSubstr("step[0].stop_material: there is no SiO2 on the wafer"));
   // In the first round it is met before the strip, in the second one it was left by the mask.
   EXPECT_THAT(error_of(step + mask + "[[step]]\nrepeat = 2\n" + inner + silicon + inner + strip),
               testing::HasSubstr("no value for resist"));

@@ -52,9 +52,6 @@ TEST(PlanariseModel, SaysWhatIsWrongAndHowToMendIt) {
             "removal = \"50 nm\"");
   EXPECT_EQ(read("height = \"1 nm\"\nremoval = \"5 nm\"\n").errors,
             "r.toml:4:11: step[0].removal: height and removal exclude each other; leave one out");
-  EXPECT_EQ(read("stop_material = \"SiO2\"\n").errors,
-            "r.toml:3:17: step[0].stop_material: there is no SiO2 on the wafer when the step "
-            "starts; name a material of the geometry or of an earlier step");
   EXPECT_NE(read("removal = \"0 nm\"\n").errors.find("step[0].removal"), std::string::npos);
   EXPECT_NE(read("removal = 5\n").errors.find("unit"), std::string::npos);
 }
