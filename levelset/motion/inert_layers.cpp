@@ -195,9 +195,9 @@ class InertLayers {
     return is_hidden && distance > *old + same_phi ? std::optional(distance) : std::nullopt;
   }
 
-  /// Whether a wall of a standing layer that stands on what is below it is next to a node.
+  /// Whether a wall of a standing layer that stands on what is below it is beside a node.
   bool stands_against_wall(std::array<int, 3> node) const {
-    for (int axis = 0; axis < 3; ++axis) {
+    for (int axis = 0; axis < 2; ++axis) {
       for (const int step : {-1, 1}) {
         std::array<int, 3> other = node;
         other[axis] += step;
@@ -282,6 +282,7 @@ class Keeper {
       : layers_(layers),
         field_(field),
         dt_(dt),
+        etches_crystal_(etches_crystal(field)),
         band_(layers.top().band()),
         standing_(layers, field.is_inert, dt * *std::ranges::max_element(field.fastest_etch)) {}
 
@@ -310,7 +311,8 @@ class Keeper {
   /// standing layer.
   float not_held_back(std::array<int, 3> node, const float* old, float wanted) const {
     if (field_.grows_beside_inert) return wanted;
-    if (standing_.stands_against_wall(node)) wanted = std::max(wanted, along_wall(node, old));
+    if (!etches_crystal_ && standing_.stands_against_wall(node))
+      wanted = std::max(wanted, along_wall(node, old));
     if (!(*old < 0)) {
       return wanted;
     }
@@ -468,6 +470,7 @@ class Keeper {
   const Layers& layers_;
   const SpeedField& field_;
   float dt_;
+  bool etches_crystal_;  ///< whose walls have rules of their own (free_foot.h)
   const Band& band_;
   InertLayers standing_;
 };
