@@ -129,7 +129,8 @@ TEST(NarrowFill, EndsWhereLeaningWallsAreFarEnoughApart) {
       const double width = floor + 2 * slope * depth;
       const Shape opening = trench(width, depth, place, taper);
       const double expected = (floor + limit) / 2 * height;
-      EXPECT_NEAR(volume_of(filled(line_of(40), opening, limit)), expected, 0.5 * limit);
+      // Without pockets at the walls.
+      EXPECT_NEAR(volume_of(filled(line_of(40), opening, limit)), expected, 0.3);
       const double of_width = 0.01 / slope;
       EXPECT_NEAR(volume_of(filled(square_of(20), opening, limit)) / 20, expected,
                   (0.5 + of_width) * limit);
