@@ -1,0 +1,54 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <span>
+#include <vector>
+
+#include "levelset/operations/thin_gaps.h"
+
+namespace scarp {
+
+/// Follows a film along the edges of the grid that it cuts, and through nodes that lie in it.
+///
+/// It goes on from one edge to another that belongs to the same face of a cell, and between an edge
+/// and a node of such a face: both sides of what a film wraps are parted.
+class FilmFlood {
+ public:
+  explicit FilmFlood(const Band& band) : band_(&band) {}
+
+  void add(const FilmEdge& edge) { reached_.try_emplace(key_of(edge), false); }
+
+  void reach(const FilmEdge& edge);
+  /// The edges beside one that is none of the film's, but one of the surface on it.
+  void reach_beside(const FilmEdge& edge);
+  /// The edges beside nodes in the film.
+  void reach_beside_nodes(const std::function<bool(const Node&)>& is_reached);
+
+  /// All ends of edges, and nodes in the film, that are joined to what was reached.
+  std::vector<Node> run(const std::function<bool(const Node&)>& is_in_film);
+
+ private:
+  /// Above, and which of the six nodes around it lies below. In the domain.
+  struct Key {
+    Node above{};
+    int face = 0;
+    friend auto operator<=>(const Key&, const Key&) = default;
+  };
+
+  Key key_of(const FilmEdge& edge) const;
+  FilmEdge edge_of(const Key& key) const;
+  Node folded(const Node& node) const;
+  /// The edges that share a face with one.
+  template <class Visit>
+  static void for_edges_beside(const FilmEdge& edge, const Visit& visit);
+  /// The nodes of these faces.
+  template <class Visit>
+  static void for_nodes_beside(const FilmEdge& edge, const Visit& visit);
+
+  const Band* band_;
+  std::map<Key, bool> reached_;  ///< whether an edge is
+  std::vector<Key> front_;
+};
+
+}  // namespace scarp
