@@ -1,7 +1,5 @@
 #include "levelset/operations/film_flood.h"
 
-#include <set>
-
 namespace scarp {
 
 namespace {
@@ -81,49 +79,45 @@ void FilmFlood::reach_beside(const FilmEdge& edge) {
   for_edges_beside(edge, [&](const FilmEdge& beside) { reach(beside); });
 }
 
-void FilmFlood::reach_beside_nodes(const std::function<bool(const Node&)>& is_reached) {
-  for (auto& [key, is_edge_reached] : reached_) {
-    if (is_edge_reached) continue;
-    for_nodes_beside(edge_of(key), [&, at = key](const Node& node) {
-      if (is_reached(node)) reach(edge_of(at));
-    });
-  }
-}
-
-std::vector<Node> FilmFlood::run(const std::function<bool(const Node&)>& is_in_film) {
-  std::set<Node> nodes;
-  std::vector<Node> nodes_front;
-  const auto reach_node = [&](const Node& node) {
-    if (is_in_film(node) && nodes.insert(folded(node)).second) nodes_front.push_back(folded(node));
-  };
-  while (!front_.empty() || !nodes_front.empty()) {
+std::vector<Node> FilmFlood::run() {
+  while (!front_.empty() || !nodes_front_.empty()) {
     if (!front_.empty()) {
       const FilmEdge edge = edge_of(front_.back());
       front_.pop_back();
       reach_beside(edge);
-      for_nodes_beside(edge, reach_node);
-      continue;
-    }
-    const Node node = nodes_front.back();
-    nodes_front.pop_back();
-    for (int face = 0; face < 6; ++face) {
-      const Node beside = around(node, face);
-      reach_node(beside);
-      // The edges of faces that the node belongs to, but not to itself.
-      for (int other = 0; other < 6; ++other) {
-        if (other / 2 == face / 2) continue;
-        const Node corner = around(beside, other);
-        reach({.above = beside, .below = corner});
-        reach({.above = corner, .below = beside});
-      }
+      for_nodes_beside(edge, [&](const Node& node) { reach(node); });
+    } else {
+      const Node node = nodes_front_.back();
+      nodes_front_.pop_back();
+      go_on_from(node);
     }
   }
   for (const auto& [key, is_edge_reached] : reached_) {
     if (!is_edge_reached) continue;
-    nodes.insert(key.above);
-    nodes.insert(folded(edge_of(key).below));
+    nodes_.insert(key.above);
+    nodes_.insert(folded(edge_of(key).below));
   }
-  return {nodes.begin(), nodes.end()};
+  return {nodes_.begin(), nodes_.end()};
+}
+
+void FilmFlood::reach(const Node& node) {
+  if (is_unreached_(node) && nodes_.insert(folded(node)).second)
+    nodes_front_.push_back(folded(node));
+}
+
+// To all of the faces that a node belongs to.
+void FilmFlood::go_on_from(const Node& node) {
+  for (int face = 0; face < 6; ++face) {
+    const Node beside = around(node, face);
+    reach(beside);
+    for (int other = 0; other < 6; ++other) {
+      if (other / 2 == face / 2) continue;
+      const Node corner = around(beside, other);
+      reach(corner);  // of a film about as thick as a spacing, at a slant
+      reach({.above = beside, .below = corner});
+      reach({.above = corner, .below = beside});
+    }
+  }
 }
 
 }  // namespace scarp

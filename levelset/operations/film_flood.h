@@ -2,7 +2,8 @@
 
 #include <functional>
 #include <map>
-#include <span>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "levelset/operations/thin_gaps.h"
@@ -15,18 +16,20 @@ namespace scarp {
 /// and a node of such a face: both sides of what a film wraps are parted.
 class FilmFlood {
  public:
-  explicit FilmFlood(const Band& band) : band_(&band) {}
+  /// is_unreached: whether a node lies in the film, and is not reached already.
+  FilmFlood(const Band& band, std::function<bool(const Node&)> is_unreached)
+      : band_(&band), is_unreached_(std::move(is_unreached)) {}
 
   void add(const FilmEdge& edge) { reached_.try_emplace(key_of(edge), false); }
 
   void reach(const FilmEdge& edge);
   /// The edges beside one that is none of the film's, but one of the surface on it.
   void reach_beside(const FilmEdge& edge);
-  /// The edges beside nodes in the film.
-  void reach_beside_nodes(const std::function<bool(const Node&)>& is_reached);
+  /// What lies beside a node in the film that is reached.
+  void go_on_from(const Node& node);
 
   /// All ends of edges, and nodes in the film, that are joined to what was reached.
-  std::vector<Node> run(const std::function<bool(const Node&)>& is_in_film);
+  std::vector<Node> run();
 
  private:
   /// Above, and which of the six nodes around it lies below. In the domain.
@@ -36,6 +39,7 @@ class FilmFlood {
     friend auto operator<=>(const Key&, const Key&) = default;
   };
 
+  void reach(const Node& node);
   Key key_of(const FilmEdge& edge) const;
   FilmEdge edge_of(const Key& key) const;
   Node folded(const Node& node) const;
@@ -49,6 +53,9 @@ class FilmFlood {
   const Band* band_;
   std::map<Key, bool> reached_;  ///< whether an edge is
   std::vector<Key> front_;
+  std::function<bool(const Node&)> is_unreached_;
+  std::set<Node> nodes_;  ///< in the film, that are reached
+  std::vector<Node> nodes_front_;
 };
 
 }  // namespace scarp

@@ -133,7 +133,11 @@ void Reached::look_for_film_ends(const Node& solid, const Node& gas, int axis) {
     above[along] += gas[along] - solid[along];
     if (beside[along] != solid[along] || top().node(above[0], above[1], above[2]) < 0) return false;
     const FilmEdge film{.above = beside, .below = solid};
-    if (is_film_edge(layers_, layer_, film)) ends_.push_back({{gas, solid}, film});
+    if (is_film_edge(layers_, layer_, film)) {
+      ends_.push_back({{gas, solid}, film});
+    } else if (is_of_layer(beside)) {
+      exposed_.push_back({.gas = above, .solid = beside});
+    }
     return false;
   });
 }
@@ -195,21 +199,21 @@ void Reached::flood() {
 // Gas goes on through the film from what it has reached, also where no node lies in the film.
 void Reached::follow_films() {
   if (!any_) return;
-  FilmFlood flood(layers_.top().band());
+  FilmFlood flood(layers_.top().band(), [&](const Node& node) {
+    return is_of_layer(node) && is_in(closed_, band().place(node));
+  });
   for (const FilmEdge& edge : film_edges(layers_, layer_)) flood.add(edge);
   for (const FilmEnd& end : ends_) flood.reach(end.film);
   for (const Edge& edge : exposed_) {
     const NodePlace gas = band().place(edge.gas);
     if (!gas.is_there() || is_in(reached_, gas)) flood.reach_beside({edge.gas, edge.solid});
   }
-  const auto is_reached = [&](const Node& node) {
-    return is_of_layer(node) && is_in(reached_, band().place(node));
-  };
-  flood.reach_beside_nodes(is_reached);
-  const auto is_closed = [&](const Node& node) {
-    return is_of_layer(node) && is_in(closed_, band().place(node));
-  };
-  for (const Node& node : flood.run(is_closed)) {
+  for_all_nodes([&](const Node& node, const NodePlace& at) {
+    const auto is_bound = [&](const Node& other) { return !is_in(reached_, band().place(other)); };
+    if (is_in(reached_, at) && is_of_layer(node) && any_neighbour(node, is_bound))
+      flood.go_on_from(node);
+  });
+  for (const Node& node : flood.run()) {
     const NodePlace at = band().place(node);
     put(reached_, at);
     if (is_of_layer(node)) take_out(closed_, at);
@@ -220,9 +224,9 @@ void Reached::reach_under_covers() {
   std::vector<NodePlace> found;
   for (const Node& node : covered_) {
     const NodePlace at = band().place(node);
-    const bool is_reached = any_neighbour(node, [&](const Node& other) {
-      return is_in(reached_, band().place(other)) && is_of_layer(other);
-    });
+    const bool is_reached = is_in(reached_, at) || any_neighbour(node, [&](const Node& other) {
+                              return is_in(reached_, band().place(other)) && is_of_layer(other);
+                            });
     if (is_reached) {
       found.push_back(at);
     } else {
