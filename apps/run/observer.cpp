@@ -24,6 +24,14 @@ std::string necks_left_out_text(const ProcessStep& step, const NecksLeftOut& lef
       step.name, static_cast<double>(left_out.node_count), left_out.lowest, left_out.highest);
 }
 
+std::string lost_text(const ProcessStep& step, double volume, const std::string& material) {
+  return fmt::format(
+      "step \"{}\": {:.4g} nm^3 of {} are lost: the grid cuts off edges and the sides of thin gaps "
+      "that the strip opens, and films thinner than two spacings that are left without support; "
+      "use a smaller domain.spacing",
+      step.name, volume, material);
+}
+
 }  // namespace
 
 void Observer::look_at(const State& state, const Survey& now, const VoidChanges& changes) {
@@ -38,11 +46,7 @@ void Observer::look_at(const State& state, const Move& move, std::size_t step) {
   if (move.necks_left_out.node_count > 0)
     log_.warn(necks_left_out_text(recipe_.steps[step], move.necks_left_out));
   for (const auto& [material, volume] : move.lost_films)
-    log_.warn(
-        fmt::format("step \"{}\": {:.4g} nm^3 of {} are lost: its film is thinner than a grid "
-                    "spacing and was left "
-                    "without support; use a smaller domain.spacing",
-                    recipe_.steps[step].name, volume, recipe_.materials[material].name));
+    log_.warn(lost_text(recipe_.steps[step], volume, recipe_.materials[material].name));
   tell_used_masks(state, step);
   if (state.step != step) {
     tell_end(recipe_.steps[step], state, step);

@@ -14,8 +14,8 @@ struct Move {
   std::vector<Region> islands;  ///< solid that was cut off from the wafer and removed
   double residue_volume = 0;    ///< see advect
   NecksLeftOut necks_left_out{};
-  /// Of other materials than that of a strip, what was too thin to stand free on the grid. Units:
-  /// nm^3.
+  /// Of other materials than that of a strip, what it took: what was too thin to stand free on the
+  /// grid, and what the grid cut off at edges and gaps. Units: nm^3.
   std::map<MaterialId, double> lost_films{};
   bool is_in_vain = false;  ///< what acted at once has changed nothing
   StageTimer timer;

@@ -1,7 +1,6 @@
 #include "levelset/operations/fill.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -9,105 +8,14 @@
 #include "core/parallel.h"
 #include "levelset/grid/band.h"
 #include "levelset/grid/exposure.h"
+#include "levelset/operations/clearance.h"
 #include "levelset/operations/layer_sets.h"
 
 namespace scarp {
 
 namespace {
 
-constexpr float infinite = std::numeric_limits<float>::infinity();
-
-/// Numbers on the nodes of a level plane, those beyond the sides folded.
-class Plane {
- public:
-  explicit Plane(const Band& band, float value = 0)
-      : band_(&band),
-        count_{band.node_count(0), band.node_count(1)},
-        values_(static_cast<std::size_t>(count_[0]) * static_cast<std::size_t>(count_[1]), value) {}
-
-  int count(int axis) const { return count_[static_cast<std::size_t>(axis)]; }
-  float& at(int i, int j) { return values_[index(i, j)]; }
-  float at(int i, int j) const { return values_[index(i, j)]; }
-  float folded(int i, int j) const { return at(band_->fold(0, i), band_->fold(1, j)); }
-  float along(int axis, int place, int other) const {
-    return axis == 0 ? folded(place, other) : folded(other, place);
-  }
-
- private:
-  std::size_t index(int i, int j) const {
-    return static_cast<std::size_t>(i) * static_cast<std::size_t>(count_[1]) +
-           static_cast<std::size_t>(j);
-  }
-
-  const Band* band_;
-  std::array<int, 2> count_;
-  std::vector<float> values_;
-};
-
-/// How far along an axis it is from every node to where a value crosses zero on that axis, within
-/// some nodes. Units: spacings.
-Plane distances_along(const Band& band, const Plane& values, int axis, int reach) {
-  Plane found(band, infinite);
-  for (int i = 0; i < values.count(0); ++i)
-    for (int j = 0; j < values.count(1); ++j) {
-      const int place = axis == 0 ? i : j;
-      const int other = axis == 0 ? j : i;
-      float& nearest = found.at(i, j);
-      for (const int step : {-1, 1})
-        for (int n = 0; n <= reach && static_cast<float>(n) < nearest; ++n) {
-          const float here = values.along(axis, place + step * n, other);
-          const float next = values.along(axis, place + step * (n + 1), other);
-          if ((here < 0) == (next < 0)) continue;
-          nearest = std::min(nearest, static_cast<float>(n) + crossing(here, next));
-          break;
-        }
-    }
-  return found;
-}
-
-/// The distance in the plane from nodes at or above zero to where the value crosses zero on an edge
-/// between nodes; 0 at those below it. As far as reach; infinite beyond it.
-Plane distances_to_negative(const Band& band, const Plane& values, int axes, int reach) {
-  Plane result(band, infinite);
-  for (int i = 0; i < values.count(0); ++i)
-    for (int j = 0; j < values.count(1); ++j)
-      if (values.at(i, j) < 0) result.at(i, j) = 0;
-  for (int axis = 0; axis < axes; ++axis) {
-    const Plane along = distances_along(band, values, axis, reach);
-    for (int i = 0; i < values.count(0); ++i)
-      for (int j = 0; j < values.count(1); ++j) {
-        float& nearest = result.at(i, j);
-        if (nearest == 0) continue;
-        const int other = axis == 0 ? j : i;
-        for (int across = axes == 2 ? -reach : 0; across <= (axes == 2 ? reach : 0); ++across) {
-          if (static_cast<float>(std::abs(across)) >= nearest) continue;
-          const float there = along.along(axis, axis == 0 ? i : j, other + across);
-          nearest = std::min(nearest, std::hypot(there, static_cast<float>(across)));
-        }
-      }
-  }
-  return result;
-}
-
-/// By how much an opening is wider than a disc there, in the plane of some nodes: below 0 where no
-/// disc of the radius that lies in the gas covers them. Units: spacings.
-Plane width_in_plane(const Band& band, int k, float radius) {
-  const int axes = band.frame().lateral_axes();
-  const int reach = static_cast<int>(std::ceil(radius)) + 1;
-  Plane phi(band);
-  for (int i = 0; i < phi.count(0); ++i)
-    for (int j = 0; j < phi.count(1); ++j) phi.at(i, j) = band.node(i, j, k);
-  // Centres of such discs are below 0.
-  Plane centres = distances_to_negative(band, phi, axes, reach);
-  for (int i = 0; i < phi.count(0); ++i)
-    for (int j = 0; j < phi.count(1); ++j)
-      centres.at(i, j) = radius - std::min(centres.at(i, j), static_cast<float>(reach + 1));
-  Plane width = distances_to_negative(band, centres, axes, reach);
-  for (int i = 0; i < phi.count(0); ++i)
-    for (int j = 0; j < phi.count(1); ++j)
-      width.at(i, j) = radius - std::min(width.at(i, j), static_cast<float>(reach + 1));
-  return width;
-}
+using Plane = LevelPlane<float>;
 
 /// What of the nodes below a height is to be filled: a value below 0.
 class Wanted {
@@ -120,9 +28,9 @@ class Wanted {
         highest_(static_cast<int>(std::ceil(height / spacing_)) + 1) {
     planes_.resize(static_cast<std::size_t>(std::max(highest_ - lowest_ + 1, 0)),
                    Plane(band_, -LevelSet::half_width));
-    if (places.narrower_than)
-      find_narrow(static_cast<float>(0.5 * *places.narrower_than / spacing_));
+    if (places.narrower_than) find_narrow(0.5 * *places.narrower_than / spacing_);
     if (!places.on.empty()) find_floors(places.on);
+    has_tops_ = places.on.empty();
   }
 
   /// At a node.
@@ -134,7 +42,7 @@ class Wanted {
     const int j = index(1);
     const int k = std::clamp(index(2), lowest_, highest_);
     // Solid stays as far from its surface as it is.
-    if (band_.node(i, j, k) < 0) return spacing_;
+    if (band_.node(i, j, k) < 0) return spacing_ * static_cast<double>(beside_tops({i, j, k}));
     const float below = k > lowest_ ? plane(k - 1).folded(i, j) : 0;
     const float here = plane(k).folded(i, j);
     // Over a rim the distance to it.
@@ -147,32 +55,69 @@ class Wanted {
   Plane& plane(int k) { return planes_[static_cast<std::size_t>(k - lowest_)]; }
   const Plane& plane(int k) const { return planes_[static_cast<std::size_t>(k - lowest_)]; }
 
-  void find_narrow(float radius) {
-    parallel_for(planes_.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t n = begin; n < end; ++n)
-        planes_[n] = width_in_plane(band_, lowest_ + static_cast<int>(n), radius);
-    });
-    parallel_for(planes_.size() - 1, 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t n = begin; n < end; ++n)
-        find_rims(lowest_ + static_cast<int>(n), static_cast<int>(std::ceil(radius)) + 1);
-    });
+  // At a wall that leans away above it, solid ends where the fill around it does; else it stays.
+  float beside_tops(const Node& node) const {
+    constexpr float stays = 1;
+    const auto [i, j, k] = node;
+    if (!has_tops_ || band_.node(i, j, k + 1) < 0) return stays;
+    float top = -std::numeric_limits<float>::infinity();
+    for (const int axis : {0, 1})
+      for (const int step : {-1, 1}) {
+        const int x = axis == 0 ? i + step : i;
+        const int y = axis == 1 ? j + step : j;
+        if (band_.node(x, y, k) < 0) continue;
+        const float there = plane(k).folded(x, y);
+        if (there < -1 || there > 0) return stays;
+        top = std::max(top, there);
+      }
+    return std::isinf(top) ? stays : top;
   }
 
-  // The fill of an opening ends level with its rim, which lies between this plane and the next.
-  void find_rims(int k, int reach) {
-    for (int i = 0; i < band_.node_count(0); ++i)
-      for (int j = 0; j < band_.node_count(1); ++j) {
+  void find_narrow(double radius) {
+    std::vector<Plane> spare(planes_.size(), Plane(band_));
+    parallel_for(planes_.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t n = begin; n < end; ++n) {
+        Clearance found = clearance(band_, lowest_ + static_cast<int>(n), radius);
+        planes_[n] = std::move(found.covered);
+        spare[n] = std::move(found.spare);
+      }
+    });
+    const int reach = static_cast<int>(std::min(
+        std::ceil(radius), 2.0 * std::max(band_.frame().cells[0], band_.frame().cells[1])));
+    parallel_for(static_cast<std::size_t>(band_.node_count(0)), 1,
+                 [&](std::size_t begin, std::size_t end) {
+                   for (std::size_t i = begin; i < end; ++i)
+                     find_tops(static_cast<int>(i), reach + 1, spare);
+                 });
+  }
+
+  // Where the fill ends between a plane and the next.
+  void find_tops(int i, int reach, const std::vector<Plane>& spare) {
+    for (int j = 0; j < band_.node_count(1); ++j)
+      for (int k = lowest_; k < highest_; ++k) {
         const bool is_top = band_.node(i, j, k) > 0 && plane(k).at(i, j) < 0 &&
                             band_.node(i, j, k + 1) > 0 && plane(k + 1).at(i, j) > 0;
-        if (is_top) plane(k).at(i, j) = -rim_above({i, j, k}, reach);
+        if (!is_top) continue;
+        const auto n = static_cast<std::size_t>(k - lowest_);
+        plane(k).at(i, j) = -top_above({i, j, k}, reach, spare[n].at(i, j), spare[n + 1].at(i, j));
       }
   }
 
-  // How far above a node the nearest solid in its plane ends. Units: spacings. In (0, 1].
+  // How far above a node. here: by how much the opening is wider than wanted in its plane; next: in
+  // the plane above. Units: spacings. In (0, 1].
+  float top_above(const Node& node, int reach, float here, float next) const {
+    // An opening that becomes wider step by step has walls that lean, and no rim.
+    constexpr float leaning = 1;
+    const bool leans = here < 0 && next - here < leaning;
+    const float top = leans ? -here / std::max(next - here, smallest_phi) : rim_above(node, reach);
+    return std::clamp(top, smallest_phi, 1.0F);
+  }
+
+  // How far above a node the nearest solid in its plane ends; halfway where none does.
   float rim_above(const Node& node, int reach) const {
     const int across = layers_.frame.lateral_axes() == 2 ? reach : 0;
     int nearest = 2 * reach * reach + 1;
-    float rim = 1;
+    float rim = 0.5F;
     for (int x = -reach; x <= reach; ++x)
       for (int y = -across; y <= across; ++y) {
         const int square = x * x + y * y;
@@ -184,7 +129,7 @@ class Wanted {
         rim = square < nearest ? end : std::min(rim, end);
         nearest = square;
       }
-    return std::max(rim, smallest_phi);
+    return rim;
   }
 
   void find_floors(std::span<const MaterialId> on) {
@@ -236,6 +181,7 @@ class Wanted {
   int lowest_;
   int highest_;
   std::vector<Plane> planes_;  ///< from the lowest up
+  bool has_tops_ = false;      ///< below 0 they tell how far above nodes the fill ends, to 1
 };
 
 }  // namespace

@@ -88,6 +88,14 @@ bool is_next_to_surface(const Band& band, const Node& node) {
   return false;
 }
 
+// What lies below is part of a layer. Beside its edges phi is found anew too large where they lie
+// between nodes: the nodes around do not tell of an edge.
+void keep_distances_of(Band& band, const Band& below) {
+  combine(band, Bands<1>{&below}, [](float phi, const auto& other) {
+    return (phi < 0) == (other[0] < 0) ? std::min(phi, other[0]) : phi;
+  });
+}
+
 }  // namespace
 
 void fill_gas(Layers& layers, const LevelSet& solid) {
@@ -126,6 +134,7 @@ void take_away(Layers& layers, std::size_t first, std::size_t last, const LevelS
             });
     if (n > last && !gaps.empty()) open_gaps(band, n, *below, gaps);
     redistance_fully(band);
+    if (below != nullptr) keep_distances_of(band, below->band());
   }
   for (std::size_t n = layers.stack.size(); n-- > 1;)
     cut(layers.stack[n - 1].phi, layers.stack[n].phi);

@@ -9,6 +9,7 @@
 #include "levelset/grid/band.h"
 #include "levelset/grid/carry.h"
 #include "levelset/grid/exposure.h"
+#include "levelset/operations/film_flood.h"
 #include "levelset/operations/layer_sets.h"
 #include "levelset/operations/thin_gaps.h"
 #include "levelset/surface/connectivity.h"
@@ -25,6 +26,7 @@ class Reached {
       : layers_(layers), layer_(layer), without_(top_without(layers, layer, layer)) {
     find_exposure();
     flood();
+    follow_films();
     reach_under_covers();
   }
 
@@ -46,6 +48,11 @@ class Reached {
       bits[static_cast<std::size_t>(at.leaf)][at.offset >> 6] |= std::uint64_t{1}
                                                                  << (at.offset & 63);
   }
+  static void take_out(Bits& bits, const NodePlace& at) {
+    if (at.is_there())
+      bits[static_cast<std::size_t>(at.leaf)][at.offset >> 6] &=
+          ~(std::uint64_t{1} << (at.offset & 63));
+  }
   Bits no_bits() { return Bits(band().leaves().size(), LeafMask{}); }
   /// Calls visit(node, place in the band) for all nodes of the band in the domain.
   template <class Visit>
@@ -66,7 +73,9 @@ class Reached {
 
   void find_exposure();
   void look_at_edge(const Node& node, int axis);
+  void look_for_film_ends(const Node& solid, const Node& gas, int axis);
   void flood();
+  void follow_films();
   void reach_under_covers();
 
   const Layers& layers_;
@@ -76,7 +85,12 @@ class Reached {
     Node gas{};
     Node solid{};
   };
+  struct FilmEnd {
+    Edge edge{};      ///< beside the film's
+    FilmEdge film{};  ///< the last one below the surface
+  };
   std::vector<Edge> exposed_;  ///< edges on which the surface shows the material
+  std::vector<FilmEnd> ends_;  ///< of films between two other materials, where they are exposed
   std::vector<Node> covered_;  ///< nodes of it next to gas, under a film of another material
   Bits reached_;               ///< its nodes, and those beside its surface
   Bits closed_;                ///< gas of the band that is not joined to the source
@@ -101,11 +115,31 @@ void Reached::look_at_edge(const Node& node, int axis) {
   const bool is_solid = top().node(node[0], node[1], node[2]) < 0;
   if (is_solid == (top().node(next[0], next[1], next[2]) < 0)) return;
   const Edge edge{.gas = is_solid ? next : node, .solid = is_solid ? node : next};
-  if (exposed_layer(layers_, node, axis) == layer_) {
+  const std::size_t seen = exposed_layer(layers_, node, axis);
+  if (seen < layer_) look_for_film_ends(edge.solid, edge.gas, axis);
+  if (seen == layer_) {
     exposed_.push_back(edge);
   } else if (is_of_layer(edge.solid)) {
     covered_.push_back(edge.solid);
   }
+}
+
+// Where what lies below the film is seen, and beside it what lies on the film, the film between the
+// two is seen as well, though no edge of the grid may cut the surface there.
+void Reached::look_for_film_ends(const Node& solid, const Node& gas, int axis) {
+  any_neighbour(solid, [&](const Node& beside) {
+    const auto along = static_cast<std::size_t>(axis);
+    Node above = beside;
+    above[along] += gas[along] - solid[along];
+    if (beside[along] != solid[along] || top().node(above[0], above[1], above[2]) < 0) return false;
+    const FilmEdge film{.above = beside, .below = solid};
+    if (is_film_edge(layers_, layer_, film)) {
+      ends_.push_back({{gas, solid}, film});
+    } else if (is_of_layer(beside)) {
+      exposed_.push_back({.gas = above, .solid = beside});
+    }
+    return false;
+  });
 }
 
 void Reached::find_exposure() {
@@ -152,15 +186,47 @@ void Reached::flood() {
     put(reached_, gas);
     put(reached_, band().place(edge.solid));
   }
+  std::erase_if(ends_, [&](const FilmEnd& end) {
+    const NodePlace gas = band().place(end.edge.gas);
+    return gas.is_there() && !is_in(open, gas);
+  });
+  for (const FilmEnd& end : ends_) {
+    any_ = true;
+    put(reached_, band().place(end.edge.gas));
+  }
+}
+
+// Gas goes on through the film from what it has reached, also where no node lies in the film.
+void Reached::follow_films() {
+  if (!any_) return;
+  FilmFlood flood(layers_.top().band(), [&](const Node& node) {
+    return is_of_layer(node) && is_in(closed_, band().place(node));
+  });
+  for (const FilmEdge& edge : film_edges(layers_, layer_)) flood.add(edge);
+  for (const FilmEnd& end : ends_) flood.reach(end.film);
+  for (const Edge& edge : exposed_) {
+    const NodePlace gas = band().place(edge.gas);
+    if (!gas.is_there() || is_in(reached_, gas)) flood.reach_beside({edge.gas, edge.solid});
+  }
+  for_all_nodes([&](const Node& node, const NodePlace& at) {
+    const auto is_bound = [&](const Node& other) { return !is_in(reached_, band().place(other)); };
+    if (is_in(reached_, at) && is_of_layer(node) && any_neighbour(node, is_bound))
+      flood.go_on_from(node);
+  });
+  for (const Node& node : flood.run()) {
+    const NodePlace at = band().place(node);
+    put(reached_, at);
+    if (is_of_layer(node)) take_out(closed_, at);
+  }
 }
 
 void Reached::reach_under_covers() {
   std::vector<NodePlace> found;
   for (const Node& node : covered_) {
     const NodePlace at = band().place(node);
-    const bool is_reached = any_neighbour(node, [&](const Node& other) {
-      return is_in(reached_, band().place(other)) && is_of_layer(other);
-    });
+    const bool is_reached = is_in(reached_, at) || any_neighbour(node, [&](const Node& other) {
+                              return is_in(reached_, band().place(other)) && is_of_layer(other);
+                            });
     if (is_reached) {
       found.push_back(at);
     } else {

@@ -7,10 +7,11 @@ namespace scarp {
 /// Takes a material away at once, but for the wafer itself: all of it that gas from the source
 /// reaches, on its way through this material as well, or with buried = true all there is.
 ///
-/// Gas follows films thinner than a spacing only where they are exposed. Where another material
-/// thinner than that covers it from the gas, it is buried. Films of other materials that are left
-/// standing free and are thinner than a spacing may be lost: no grid holds them. Solid may be left
-/// that nothing joins to the wafer (see remove_islands).
+/// Gas follows films thinner than a spacing as well, down to a hundredth of one, from where they
+/// are exposed on: also at an edge between two other materials that no edge of the grid cuts. Where
+/// another material thinner than a spacing covers it from the gas, it is buried. Films of other
+/// materials that are left standing free and are thinner than a spacing may be lost: no grid holds
+/// them. Solid may be left that nothing joins to the wafer (see remove_islands).
 ///
 /// No material grows, but for up to two spacings squared along each edge of a gap, and 6.5 where
 /// several films thinner than 1.5 spacings meet. What is gone leaves gas, also where it was thinner

@@ -91,6 +91,22 @@ class GapFinder {
     return phi_at(top_, node) < 0 && phi_at(last_, node) > 0;
   }
 
+  bool is_film_edge(const FilmEdge& edge) const {
+    return lies_above(edge.above) && runs_between(edge.above, edge.below);
+  }
+
+  std::vector<FilmEdge> film_edges() const {
+    std::vector<FilmEdge> found;
+    for_nodes_near([&](const Node& node, float last) {
+      if (!(last > 0) || !lies_above(node)) return;
+      any_beside(node, [&](const Node& other) {
+        if (runs_between(node, other)) found.push_back({.above = node, .below = other});
+        return false;
+      });
+    });
+    return found;
+  }
+
  private:
   static constexpr float reach = 1.5F;         // of a diagonal
   static constexpr double least_cosine = 0.7;  // between sides that go alike
@@ -230,6 +246,14 @@ std::vector<GapNode> thin_gaps(const Layers& layers, std::size_t layer, const Le
     gaps.push_back(gap);
   }
   return gaps;
+}
+
+std::vector<FilmEdge> film_edges(const Layers& layers, std::size_t layer) {
+  return GapFinder(layers, layer, nullptr).film_edges();
+}
+
+bool is_film_edge(const Layers& layers, std::size_t layer, const FilmEdge& edge) {
+  return GapFinder(layers, layer, nullptr).is_film_edge(edge);
 }
 
 void open_gaps(Band& band, std::size_t layer, const LevelSet& below,

@@ -36,6 +36,18 @@ struct GapNode {
 std::vector<GapNode> thin_gaps(const Layers& layers, std::size_t layer, const LevelSet* kept,
                                const LevelSet* staying);
 
+/// An edge of the grid between two solid nodes that a film cuts in which neither lies.
+struct FilmEdge {
+  Node above{};  ///< in what lies on the film
+  Node below{};  ///< beside it, in what lies below
+};
+
+/// Those of the film of one layer; the nodes above lie in the domain.
+std::vector<FilmEdge> film_edges(const Layers& layers, std::size_t layer);
+
+/// Whether two nodes beside each other are the ends of such an edge.
+bool is_film_edge(const Layers& layers, std::size_t layer, const FilmEdge& edge);
+
 /// Makes these gaps in one of the layers above the film, the rest of which is gone already.
 void open_gaps(Band& band, std::size_t layer, const LevelSet& below, std::span<const GapNode> gaps);
 

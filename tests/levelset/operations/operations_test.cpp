@@ -297,6 +297,70 @@ TEST(Strip, OfALinerFreesWhatItHolds) {
   }
 }
 
+// A liner that is exposed edge-on alone, between two other materials, goes wherever it passes
+// between nodes, and what it held stays but for the edges of the gap.
+TEST(Strip, OfAThinLinerReachesItAtItsEdge) {
+  for (const double thick : {0.05, 0.4, 0.6, 0.8, 1.0})
+    for (const double centre : {0.0, 0.26, 0.5, 0.72})
+      for (const double taper : {0.0, 0.15}) {
+        SCOPED_TRACE(testing::Message() << thick << ' ' << centre << ' ' << taper);
+        TrenchShape trench{.width = 14, .centre = centre};
+        trench.cut = {.depth = 12, .taper = taper};
+        Layers layers =
+            build_layers(section_frame(40), std::vector<Shape>{WaferShape{.material = si}, trench});
+        add_layer(layers, nitride);
+        coat(layers, thick);
+        add_layer(layers, metal);
+        fill(layers, 4);
+        planarise(layers, -1.001);
+        auto expected = volumes(layers);
+        ASSERT_GT(expected[nitride], 30 * thick);
+        strip(layers, nitride, false, true);
+        EXPECT_NEAR(volumes(layers)[nitride], 0, 0.25);
+        EXPECT_NEAR(volumes(layers)[metal], expected[metal], 20);
+        EXPECT_NEAR(volumes(layers)[si], expected[si], 0.2);
+      }
+}
+
+TEST(Strip, OfAThinLinerReachesItAroundAHole) {
+  for (const double thick : {0.4, 0.7})
+    for (const double centre : {0.0, 0.33, 0.5}) {
+      SCOPED_TRACE(testing::Message() << thick << ' ' << centre);
+      HoleShape hole{.radius = 6.2, .centre = {centre, 0.2}};
+      hole.cut = {.depth = 7};
+      Layers layers =
+          build_layers(box_frame(), std::vector<Shape>{WaferShape{.material = si}, hole});
+      add_layer(layers, nitride);
+      coat(layers, thick);
+      add_layer(layers, metal);
+      fill(layers, 3);
+      planarise(layers, -1.001);
+      ASSERT_GT(volumes(layers)[nitride], 20);
+      strip(layers, nitride, false);
+      remove_empty_layers(layers);
+      EXPECT_EQ(volumes(layers).count(nitride), 0U);
+    }
+}
+
+// But not under a film of another material, thinner than a spacing, that covers its edge.
+TEST(Strip, OfAThinLinerDoesNotReachACoveredEdge) {
+  for (const double centre : {0.0, 0.26, 0.5, 0.72}) {
+    SCOPED_TRACE(centre);
+    Layers layers = build_layers(section_frame(40), std::vector<Shape>{WaferShape{.material = si},
+                                                                       trench_at(centre, 14, 12)});
+    add_layer(layers, nitride);
+    coat(layers, 0.6);
+    add_layer(layers, metal);
+    fill(layers, 4);
+    planarise(layers, -1.001);
+    add_layer(layers, oxide);
+    coat(layers, 0.4);
+    const std::uint64_t before = hash(layers);
+    strip(layers, nitride, false);
+    EXPECT_EQ(hash(layers), before);
+  }
+}
+
 // A beam that stands on the wafer elsewhere stays over the gap, which is as wide as the film was.
 TEST(Strip, OfAFilmThinnerThanASpacingLeavesAGapUnderABeam) {
   for (const double thick : {0.2, 0.4, 0.8}) {
