@@ -242,8 +242,7 @@ TEST_F(Checkpoints, HoweverOneIsDamagedTheOneBeforeIsGoneOnFrom) {
   const fs::path before = folder_ / "r" / earlier_interrupted_state;
   const std::vector<fs::path> states{folder_ / "r" / "state_0000.vdb", newest, before};
   const auto found = [&](std::ostream& messages) {
-    return newest_restart(states, std::nullopt, known.hash(),
-                          Log(messages, Log::Level::everything))
+    return newest_restart(states, std::nullopt, known.hash(), Log(messages, Log::Level::everything))
         .value();
   };
   std::ostringstream none;
