@@ -269,7 +269,7 @@ class Discs {
       if (step > 0) at = Section::next(axis, at, size);
       if (size > 0 && section_.is_solid(at)) at = Section::next(axis, at, -step);
       if (section_.is_solid(at)) continue;
-      const auto& walls = walls_[static_cast<std::size_t>(2 * axis + (step > 0 ? 1 : 0))];
+      const auto& walls = walls_[2 * static_cast<std::size_t>(axis) + (step > 0 ? 1 : 0)];
       const double distance = walls.folded(at[0], at[1]);
       if (std::isinf(distance) || distance > most() + diagonal + size) continue;
       const int nodes = static_cast<int>(std::ceil(distance)) - 1;

@@ -3,6 +3,7 @@
 #include <functional>
 #include <map>
 #include <set>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -36,7 +37,9 @@ class FilmFlood {
   struct Key {
     Node above{};
     int face = 0;
-    friend auto operator<=>(const Key&, const Key&) = default;
+    bool operator<(const Key& other) const {
+      return std::tie(above, face) < std::tie(other.above, other.face);
+    }
   };
 
   void reach(const Node& node);
