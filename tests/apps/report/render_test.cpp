@@ -86,7 +86,8 @@ TEST(Render, WhereMaterialsMeetTheBorderIsStraight) {
   std::vector<int> rows;
   for (int column = image.width / 10; column < image.width * 9 / 10; ++column) {
     const auto at = [&](int row) {
-      return image.pixels[static_cast<std::size_t>(row * image.width + column)];
+      return image.pixels[static_cast<std::size_t>(row) * static_cast<std::size_t>(image.width) +
+                          static_cast<std::size_t>(column)];
     };
     int row = image.height / 2;
     while (row > 0 && !is_oxide(at(row))) --row;
