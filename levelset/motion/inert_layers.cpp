@@ -249,8 +249,8 @@ class InertLayers {
   }
 
   /// phi of a node once nothing is left between it and a standing layer that is seen on an edge:
-  /// that of the layer, or, at its underside, the distance to that, as far as what hangs there is
-  /// etched in this time step.
+  /// that of the layer, or, at its underside and at a wall that stood against what is below it, the
+  /// distance to that, as far as what was there is etched in this time step.
   float bare_phi(int layer, std::array<int, 3> node, int axis, int step, float old) const {
     const float bare = phi(layer, node);
     std::array<int, 3> solid = node;
@@ -337,6 +337,7 @@ class Keeper {
   /// goes. From a node to the next one along the wall, gas to solid or back.
   float along_wall(std::array<int, 3> node, const float* old) const {
     float fastest = 0;
+    const Vec3f normal = normal_beside_wall(node, old);
     for (int axis = 0; axis < 3; ++axis) {
       for (const int step : {-1, 1}) {
         if ((old[step * axis_strides[axis]] < 0) == (*old < 0)) continue;
@@ -345,7 +346,7 @@ class Keeper {
         const std::array<int, 3>& solid = *old < 0 ? node : other;
         if (standing_.standing_layer_at(solid) != InertLayers::none) continue;
         if (*old < 0 && !standing_.stands_against_wall(other)) continue;
-        fastest = std::min(fastest, speed(solid, normal_beside_wall(node, old)));
+        fastest = std::min(fastest, speed_along(field_, band_.place(solid).index(), normal));
       }
     }
     return *old - dt_ * fastest;
@@ -368,15 +369,6 @@ class Keeper {
       gradient[axis] = (high - low) * (has_lower && has_upper ? 0.5F : 1.0F);
     }
     return gradient / std::max(length(gradient), 1e-6F);
-  }
-
-  /// Of a surface with this normal.
-  float speed(std::array<int, 3> node, const Vec3f& n) const {
-    const std::size_t at = band_.place(node).index();
-    float sum = field_.speed[at];
-    for (const AngularSpeed& part : field_.angular)
-      sum += part.amplitude[at] * part.factor.value(n);
-    return sum;
   }
 
   float speed(std::array<int, 3> node) const { return field_.speed[band_.place(node).index()]; }

@@ -16,7 +16,8 @@ bool has_standing_layers(const SpeedField& field);
 /// is cut on the standing layer's surface keep their phi: no vertex of that surface moves by one
 /// bit. Gas that is nearer to what moves than to the layer's wall knows nothing of that: its phi
 /// becomes the distance to the wall as what moves goes. Where the surface arrives at the layer from
-/// below, it is put on the buried interface; where a wall goes on from above, on that.
+/// below, or goes down along a wall that stood against what is below the layer, it is put on the
+/// buried interface; where a wall goes on from above, on that.
 /// Growth remains. What is left of a film beside such a layer goes with it once it is thinner than
 /// 0.05 spacings; the volume of these residues is reported.
 ///

@@ -414,10 +414,7 @@ bool grows(const SpeedField& field, std::size_t node, const float* around) {
   for (int axis = 0; axis < 3; ++axis)
     gradient[axis] = around[axis_strides[axis]] - around[-axis_strides[axis]];
   const Vec3f n = gradient / std::max(length(gradient), 1e-6F);
-  float speed = field.speed[node];
-  for (const AngularSpeed& part : field.angular)
-    speed += part.amplitude[node] * part.factor.value(n);
-  return speed > 0;
+  return speed_along(field, node, n) > 0;
 }
 
 /// Stages after the first one see creases where they have been shifted to, and their mean would

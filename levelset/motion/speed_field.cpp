@@ -5,6 +5,13 @@
 
 namespace scarp {
 
+float speed_along(const SpeedField& field, std::size_t node, const Vec3f& normal) {
+  float speed = field.speed[node];
+  for (const AngularSpeed& part : field.angular)
+    speed += part.amplitude[node] * part.factor.value(normal);
+  return speed;
+}
+
 float fastest_etch(float speed) {
   if (!(speed < 0)) return 0;
   constexpr float steps = 1024;

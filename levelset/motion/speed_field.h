@@ -41,6 +41,9 @@ struct SpeedField {
   double newly_seen = 0;
 };
 
+/// At a node, of a surface with this normal. Units: nm/s.
+float speed_along(const SpeedField& field, std::size_t node, const Vec3f& normal);
+
 /// How fast something recedes, rounded up.
 float fastest_etch(float speed);
 
