@@ -46,7 +46,7 @@ RegionMesh cut(const VolumeArguments& arguments, const Layers& layers) {
   const double room = default_room * layers.frame.spacing;
   RegionOptions options;
   options.bottom = arguments.bottom.empty()
-                       ? bounding_box(extract_surface(layers.stack.front().phi)).lower.z - room
+                       ? bounding_box(extract_surface(layers, 0)).lower.z - room
                        : length_of("--bottom", arguments.bottom);
   if (arguments.gas) {
     options.lid = arguments.top.empty() ? bounding_box(extract_surface(layers.top())).upper.z + room

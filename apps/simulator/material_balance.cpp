@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "apps/simulator/region_text.h"
@@ -17,6 +18,7 @@ namespace {
 constexpr double of_volume = 0.05;
 constexpr double of_surface = 0.05;
 constexpr double of_etched = 0.1;  // part of what goes
+constexpr double of_standing = 0.01;  // of a material that a step does not etch
 
 }  // namespace
 
@@ -71,15 +73,26 @@ std::vector<std::string> MaterialBalance::close(const State& state,
   // The lowest one has no lower side: how much of it there is depends on where z = 0 lies.
   const MaterialId lowest = state.layers.stack.front().material;
   for (MaterialId m = 0; m < volumes.size(); ++m) {
+    if (m == lowest || m == step.deposits) continue;
     const double then = volumes_then_[m];
-    const double lost = then - volumes[m];
+    const double gained = volumes[m] - then;
     const double explained = (1 + of_etched) * etched_[m] + of_volume * then + of_edges_[m];
-    if (m == lowest || m == step.deposits || lost <= explained + islands_) continue;
-    lines.push_back(
-        fmt::format("step \"{}\": {:.3g} nm^3 of {} disappeared, {:.2g} of it, where rates allow "
-                    "{:.3g}: a film thinner than a spacing disappears with its support, or the "
-                    "grid is too coarse for this step; lower domain.spacing",
-                    step.name, lost, materials_[m].name, lost / then, etched_[m]));
+    if (-gained > explained + islands_) {
+      lines.push_back(
+          fmt::format("step \"{}\": {:.3g} nm^3 of {} disappeared, {:.2g} of it, where rates allow "
+                      "{:.3g}: a film thinner than a spacing disappears with its support, or the "
+                      "grid is too coarse for this step; lower domain.spacing",
+                      step.name, -gained, materials_[m].name, -gained / then, etched_[m]));
+    } else if (etched_[m] == 0 && std::max(gained, -gained - islands_) > of_standing * then) {
+      const double part = std::abs(gained) / then;
+      lines.push_back(
+          fmt::format("step \"{}\": {:.3g} nm^3 of {} {}, {:.2g} of it, though the step does not etch "
+                      "it: the grid does not hold sharp edges and what is thinner than a spacing; "
+                      "lower domain.spacing, to about {:.2g} nm",
+                      step.name, std::abs(gained), materials_[m].name,
+                      gained > 0 ? "were added" : "disappeared", part,
+                      state.layers.frame.spacing * of_standing / part));
+    }
   }
   return lines;
 }

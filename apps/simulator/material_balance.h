@@ -10,9 +10,9 @@
 
 namespace scarp {
 
-/// Whether a step of a recipe takes as much away of each material as rates and surfaces say. A film
-/// thinner than a spacing goes with what holds it, where that is etched away beneath it: no node
-/// tells that it is there.
+/// Whether a step of a recipe takes as much away of each material as rates and surfaces say, and
+/// leaves what it does not etch as it was. A film thinner than a spacing goes with what holds it,
+/// where that is etched away beneath it, and so does a sharp edge: no node tells that it is there.
 class MaterialBalance {
  public:
   /// Both have to outlive it.
@@ -20,7 +20,7 @@ class MaterialBalance {
       : steps_(steps), materials_(materials) {}
 
   /// At the beginning of a time step, and at the end of the run. Returns what to report of the
-  /// step that ended before, a line for each material that lost more.
+  /// step that ended before, a line for each material that lost more, or that should have stood.
   std::vector<std::string> look_at(const State& state, const Survey& now);
 
   /// After a time step that began with a survey.

@@ -244,7 +244,7 @@ std::vector<Polyline> with_surroundings(const std::vector<Polyline>& lines, doub
 std::vector<TriMesh> layer_surfaces(const Layers& layers) {
   std::vector<TriMesh> surfaces(layers.stack.size());
   for (std::size_t n = 0; n < surfaces.size(); ++n)
-    if (adds_material(layers, n)) surfaces[n] = extract_surface(layers.stack[n].phi);
+    if (adds_material(layers, n)) surfaces[n] = extract_surface(layers, n);
   return surfaces;
 }
 
@@ -296,7 +296,8 @@ double area_above_zero(std::span<const Polyline> lines) {
 
 std::vector<double> material_volumes(const Layers& layers) {
   std::vector<TriMesh> surfaces;
-  for (const Layer& layer : layers.stack) surfaces.push_back(extract_surface(layer.phi));
+  for (std::size_t n = 0; n < layers.stack.size(); ++n)
+    surfaces.push_back(extract_surface(layers, n));
   return material_volumes(surfaces, layers.frame);
 }
 

@@ -349,7 +349,7 @@ std::vector<MaterialBody> material_bodies(const Layers& layers, double bottom) {
   std::vector<MaterialBody> bodies;
   for (std::size_t k = 0; k < layers.stack.size(); ++k) {
     if (!adds_material(layers, k)) continue;
-    TriMesh surface = extract_surface(layers.stack[k].phi);
+    TriMesh surface = extract_surface(layers, k);
     if (k == 0 && !(bounding_box(surface).lower.z > bottom)) {
       throw InputError(
           fmt::format("the bottom at {:g} nm is not below the lowest surface, which "
@@ -375,7 +375,7 @@ std::vector<MaterialBody> material_bodies(const Layers& layers, double bottom) {
 
 double default_bottom(const Layers& layers) {
   constexpr double depth = 10;  // spacings
-  const TriMesh lowest = extract_surface(layers.stack.front().phi);
+  const TriMesh lowest = extract_surface(layers, 0);
   return bounding_box(lowest).lower.z - depth * layers.frame.spacing;
 }
 

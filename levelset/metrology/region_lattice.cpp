@@ -34,7 +34,7 @@ MeshedStack meshed_stack(const Layers& layers) {
   for (std::size_t k = 0; k < layers.stack.size(); ++k) {
     if (k > 0 && !adds_material(layers, k)) continue;
     stack.layers.push_back(&layers.stack[k]);
-    const Box own = bounding_box(extract_surface(layers.stack[k].phi));
+    const Box own = bounding_box(extract_surface(layers, k));
     box.add(own.lower);
     box.add(own.upper);
   }

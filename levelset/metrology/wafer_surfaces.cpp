@@ -16,7 +16,7 @@ WaferSurfaces::WaferSurfaces(const Layers& layers, std::span<const MaterialId> m
     : layers_(layers) {
   for (std::size_t n = 0; n < layers.stack.size(); ++n) {
     if (!adds_material(layers, n)) continue;
-    meshes_.push_back(extract_surface(layers.stack[n].phi));
+    meshes_.push_back(extract_surface(layers, n));
     present_.push_back(n);
   }
   for (const TriMesh& mesh : meshes_) {

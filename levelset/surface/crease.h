@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <optional>
 #include <span>
 
@@ -52,6 +53,14 @@ Vec3d cut_normal(const Band& band, std::array<int, 3> node, int axis);
 /// the same. Units: spacings from the node along the two axes; strictly inside the face.
 std::optional<std::array<float, 2>> face_corner(const Band& band, std::array<int, 3> node,
                                                 int normal);
+
+/// Whose phi tells of the cut of the edge from a node along an axis.
+using BandOfEdge = std::function<const Band&(std::array<int, 3> node, int axis)>;
+
+/// The same where phi of several bands tells of the cuts: also where the twist is small, which is
+/// that of none of them.
+std::optional<std::array<float, 2>> face_corner(const Band& band, std::array<int, 3> node,
+                                                int normal, const BandOfEdge& band_of_edge);
 
 /// A plane through a point.
 struct Tangent {

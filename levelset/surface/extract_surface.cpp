@@ -117,9 +117,10 @@ class Assembly {
   std::vector<std::uint32_t> originals_;  ///< of the copies
 };
 
-TriMesh extract(const Band& band, const OpenGas* gas, const Layers* layers) {
+TriMesh extract(const Band& band, const OpenGas* gas, const Layers* layers,
+                const Band* above = nullptr) {
   const std::size_t count = band.leaves().size();
-  const SurfaceVertices vertices(band, gas, layers);
+  const SurfaceVertices vertices(band, gas, layers, above);
   SCARP_ASSERT(vertices.count(), <, Corner::most);
   Assembly assembly(band, vertices);
   std::vector<PartTriangles> parts(parts_at_once);
@@ -158,12 +159,12 @@ void append(const TriMesh& part, TriMesh& mesh) {
 }
 
 /// All of the surface.
-TriMesh extract_all(const Band& band, const Layers* layers) {
+TriMesh extract_all(const Band& band, const Layers* layers, const Band* above = nullptr) {
   const PhaseGraph graph(band, Phase::gas);
-  if (!graph.has_closed_regions()) return extract(band, nullptr, layers);
+  if (!graph.has_closed_regions()) return extract(band, nullptr, layers, above);
   const OpenGas open{
       .open = graph.nodes_where([](const LeafPiece& piece) { return piece.region == 0; })};
-  TriMesh mesh = extract(band, &open, layers);
+  TriMesh mesh = extract(band, &open, layers, above);
   append(extract_closed(band, graph, layers), mesh);
   return mesh;
 }
@@ -178,6 +179,12 @@ TriMesh extract_surface(const Layers& layers, const OpenGas& gas) {
 
 TriMesh extract_voids(const Layers& layers, const PhaseGraph& gas) {
   return extract_closed(layers.top().band(), gas, &layers);
+}
+
+TriMesh extract_surface(const Layers& layers, std::size_t layer) {
+  const Band& top = layers.top().band();
+  const Band& band = layers.stack[layer].phi.band();
+  return extract_all(band, nullptr, &band == &top ? nullptr : &top);
 }
 
 TriMesh extract_surface(const LevelSet& phi) { return extract_all(phi.band(), nullptr); }

@@ -28,6 +28,10 @@ TriMesh extract_surface(const Layers& layers, const OpenGas& gas);
 /// The surfaces of closed voids alone. gas: the graph of the top layer's band.
 TriMesh extract_voids(const Layers& layers, const PhaseGraph& gas);
 
+/// The surface of what lies up to a layer, without materials. What is thinner than a spacing
+/// between a layer that covers it and the gas is as thick as the top layer says.
+TriMesh extract_surface(const Layers& layers, std::size_t layer);
+
 /// The surface of a single level set, without materials.
 TriMesh extract_surface(const LevelSet& phi);
 

@@ -221,8 +221,9 @@ std::uint32_t TriangleMaker::corner_in_cell(const Cell& cell, const CellLoop& lo
     const int axis = loop.edges[e] / 4;
     Vec3d point{static_cast<double>(corner[0]), static_cast<double>(corner[1]),
                 static_cast<double>(corner[2])};
-    point[axis] += static_cast<double>(cut_part(band_, node, axis));
-    planes.push_back({point, cut_normal(band_, node, axis)});
+    const Band& band = vertices_.band_of_edge(node, axis);
+    point[axis] += static_cast<double>(cut_part(band, node, axis));
+    planes.push_back({point, cut_normal(band, node, axis)});
     middle += point;
   }
   middle = middle / static_cast<double>(loop.edge_count);

@@ -32,6 +32,23 @@ SCARP_VECTOR_KERNEL void find_solid_nodes(const float* phi, LeafMask& solid) {
   }
 }
 
+float phi_at(const Band& band, Node node) { return band.node(node[0], node[1], node[2]); }
+
+/// Calls visit(node, axis) for each edge of a grid face that the surface cuts.
+template <class Visit>
+void for_each_cut_side(const Band& band, Node node, int normal, const Visit& visit) {
+  const std::array<int, 2> axes{(normal + 1) % 3, (normal + 2) % 3};
+  for (int n = 0; n < 2; ++n) {
+    for (int side = 0; side < 2; ++side) {
+      Node from = node;
+      from[axes[1 - n]] += side;
+      Node to = from;
+      ++to[axes[n]];
+      if ((phi_at(band, from) < 0) != (phi_at(band, to) < 0)) visit(from, axes[n]);
+    }
+  }
+}
+
 /// Leaves those of the faces normal to an axis whose mixed second difference of phi is large.
 SCARP_VECTOR_KERNEL void keep_twisted(const Block& block, int normal, LeafMask& faces) {
   const std::ptrdiff_t b = axis_strides[(normal + 1) % 3];
@@ -107,8 +124,10 @@ struct SurfaceVertices::Scratch {
   std::vector<FaceVertex> faces;
 };
 
-SurfaceVertices::SurfaceVertices(const Band& band, const OpenGas* gas, const Layers* layers)
+SurfaceVertices::SurfaceVertices(const Band& band, const OpenGas* gas, const Layers* layers,
+                                 const Band* above)
     : band_(band),
+      above_(above),
       layers_(layers),
       several_(layers != nullptr && layers->stack.size() > 1),
       solid_(band.leaves().size()),
@@ -181,12 +200,11 @@ void SurfaceVertices::find_creases(const Leaf& leaf, LeafVertices& vertices,
   scratch.faces.clear();
   for (int normal = 0; normal < 3; ++normal) {
     LeafMask& faces = vertices.at[3 + normal];
-    keep_twisted(scratch.block, normal, faces);
+    if (above_ == nullptr) keep_twisted(scratch.block, normal, faces);
     for (int i = 0; i < leaf_edge; ++i) {
       for_each_bit(faces[i], [&](int bit) {
         const Node node = node_at(leaf, 64 * i + bit);
-        const auto corner =
-            is_beside_sheets(node, normal) ? std::nullopt : face_corner(band_, node, normal);
+        const auto corner = corner_of_face(node, normal);
         if (!corner) {
           faces[i] &= ~(std::uint64_t{1} << bit);
           return;
@@ -202,6 +220,42 @@ void SurfaceVertices::find_creases(const Leaf& leaf, LeafVertices& vertices,
     }
   }
   vertices.has_faces = !scratch.faces.empty();
+}
+
+const Band& SurfaceVertices::band_of_edge(Node node, int axis) const {
+  if (above_ == nullptr) return band_;
+  Node gas = node;
+  Node solid = node;
+  ++(phi_at(band_, node) < 0 ? gas : solid)[axis];
+  const bool is_open = phi_at(band_, gas) <= phi_at(*above_, gas) + same_phi;
+  return is_open && is_next_to_cover(solid) ? *above_ : band_;
+}
+
+/// Whether something that covers the layer is next to a node of it.
+bool SurfaceVertices::is_next_to_cover(Node node) const {
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const int step : {-1, 1}) {
+      Node other = node;
+      other[axis] += step;
+      if (phi_at(*above_, other) < 0 && !(phi_at(band_, other) < 0)) return true;
+    }
+  }
+  return false;
+}
+
+std::optional<std::array<float, 2>> SurfaceVertices::corner_of_face(Node node, int normal) const {
+  if (is_beside_sheets(node, normal)) return std::nullopt;
+  if (above_ == nullptr) return face_corner(band_, node, normal);
+  const Band* of_face = nullptr;
+  bool is_one = true;
+  for_each_cut_side(band_, node, normal, [&](Node from, int axis) {
+    const Band* of_edge = &band_of_edge(from, axis);
+    is_one = is_one && (of_face == nullptr || of_face == of_edge);
+    of_face = of_edge;
+  });
+  if (is_one) return face_corner(*of_face, node, normal);
+  return face_corner(band_, node, normal,
+                     [&](Node from, int axis) -> const Band& { return band_of_edge(from, axis); });
 }
 
 /// Whether several sheets pass through a cell at a face. Those between its edges alone do not
@@ -264,6 +318,12 @@ void SurfaceVertices::place_on_edges(const Leaf& leaf, const LeafVertices& verti
     });
   }
   cut_parts(scratch.samples, count, scratch.parts.data());
+  for (int n = 0; above_ != nullptr && n < count; ++n) {
+    const auto& edge = scratch.edges[n];
+    const Node node = node_at(leaf, 64 * edge.i + edge.bit);
+    const Band& band = band_of_edge(node, edge.axis);
+    if (&band != &band_) scratch.parts[n] = cut_part(band, node, edge.axis);
+  }
   find_positions(scratch.start.data(), scratch.parts.data(), count, frame.spacing,
                  scratch.along.data());
   for (int n = 0; n < count; ++n) {
@@ -292,19 +352,10 @@ void SurfaceVertices::append_seen(const Leaf& leaf, const LeafVertices& vertices
 
 /// The lower of what is seen at the two cuts of a face.
 std::uint16_t SurfaceVertices::seen_on_face(Node node, int normal) const {
-  const std::array<int, 2> axes{(normal + 1) % 3, (normal + 2) % 3};
   std::uint16_t exposed = std::numeric_limits<std::uint16_t>::max();
-  for (int n = 0; n < 2; ++n) {
-    for (int side = 0; side < 2; ++side) {
-      Node at = node;
-      at[axes[1 - n]] += side;
-      Node next = at;
-      ++next[axes[n]];
-      if ((band_.node(at[0], at[1], at[2]) < 0) != (band_.node(next[0], next[1], next[2]) < 0)) {
-        exposed = std::min(exposed, exposed_layer(*layers_, at, axes[n]));
-      }
-    }
-  }
+  for_each_cut_side(band_, node, normal, [&](Node from, int axis) {
+    exposed = std::min(exposed, exposed_layer(*layers_, from, axis));
+  });
   return exposed;
 }
 

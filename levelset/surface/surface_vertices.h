@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "core/vec3.h"
@@ -53,8 +54,14 @@ struct LeafVertices {
 /// Where the surface cuts edges of the grid, and where its creases cross faces.
 class SurfaceVertices {
  public:
-  /// Without gas also where closed voids lie, without layers no exposed().
-  SurfaceVertices(const Band& band, const OpenGas* gas, const Layers* layers);
+  /// Without gas also where closed voids lie, without layers no exposed(). above: of a layer that
+  /// is not the top one, the top's band.
+  SurfaceVertices(const Band& band, const OpenGas* gas, const Layers* layers, const Band* above);
+
+  /// Whose phi tells where the surface cuts the edge from a node to the next along an axis. It is
+  /// the top's where a layer is open to the gas and another one covers it beyond the edge: the
+  /// layer's own at the node between knows the nearer of its two surfaces only.
+  const Band& band_of_edge(Node node, int axis) const;
 
   /// Nodes of every leaf that do not lie in the gas that is asked for.
   const std::vector<LeafMask>& solid() const { return solid_; }
@@ -82,6 +89,8 @@ class SurfaceVertices {
   void find_solid(const OpenGas* gas);
   void place(std::size_t n, Part& part, Scratch& scratch);
   void find_creases(const Leaf& leaf, LeafVertices& vertices, Scratch& scratch) const;
+  bool is_next_to_cover(Node node) const;
+  std::optional<std::array<float, 2>> corner_of_face(Node node, int normal) const;
   bool is_beside_sheets(Node node, int normal) const;
   static std::uint32_t number(LeafVertices& vertices, std::uint32_t first);
   void place_on_edges(const Leaf& leaf, const LeafVertices& vertices, Scratch& scratch,
@@ -91,6 +100,7 @@ class SurfaceVertices {
   std::uint16_t seen_on_face(Node node, int normal) const;
 
   const Band& band_;
+  const Band* above_;
   const Layers* layers_;
   bool several_;
   std::vector<LeafMask> solid_;

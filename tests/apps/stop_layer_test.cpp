@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numbers>
 
 #include "program.h"
@@ -100,6 +101,27 @@ TEST_F(StopLayer, SpacersKeepTheirWallsWhereTheMandrelIsEtchedAway) {
         "--set 'domain.mode=\"3d\"' --set 'domain.extent=[\"320 nm\", \"20 nm\"]' "
         "--set 'domain.boundary=[\"periodic\", \"reflective\"]'",
         20);
+}
+
+// What lies in the shadow of the spacers is a wedge, 3 to 8 nm thick at its foot.
+TEST_F(StopLayer, SpacersThatLeanKeepTheirWallsAndTheWedgeInTheirShadow) {
+  for (const double taper : {3.0, 5.0, 8.0}) {
+    for (const std::string center : {"1.2", "2.5", "3.7"}) {
+      const Found found =
+          run("pulled_mandrel", "--set 'geometry[2].taper=\"" + std::to_string(taper) +
+                                    " deg\"' --set 'geometry[2].center=\"" + center + " nm\"'");
+      const double lean = std::tan(taper * std::numbers::pi / 180);
+      const nlohmann::json spacers =
+          json_of(scarp("measure " + path("run/state_0002.vdb") + " --json"))["volumes_nm3"];
+      const nlohmann::json& left = found.after["volumes_nm3"];
+      const double before = spacers["W"].get<double>();
+      const double edges = 2 * 0.25 * 5 * 5 * 5;
+      EXPECT_NEAR(left["W"].get<double>(), before, 0.01 * before + edges) << taper << " " << center;
+      const double tip = 0.6 * 5 / lean;  // what is thinner than the grid holds
+      const double wedges = 55 * 55 * lean;
+      EXPECT_NEAR(left.value("Si3N4", 0.0) / 5, wedges, 0.6 * 5 * tip) << taper << " " << center;
+    }
+  }
 }
 
 TEST_F(StopLayer, RingsKeepTheirWallsWhereTheMandrelIsEtchedAway) {

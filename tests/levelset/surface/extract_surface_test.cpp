@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/random.h"
+#include "levelset/metrology/cross_section.h"
 #include "levelset/surface/cell_cases.h"
 #include "tests/levelset/surfaces.h"
 
@@ -157,6 +158,28 @@ double nearest_vertex(const TriMesh& mesh, double x, double z) {
     nearest = std::min(nearest, std::hypot(v.x - x, v.z - z));
   }
   return nearest;
+}
+
+// phi at the nodes in the plate tells how far the block is: the plate was as thin on its free side.
+TEST(SurfaceOfALayer, HasAPlateBesideABlockWhereItIs) {
+  const Frame frame{.spacing = 1, .cells = {40, 2}};
+  for (const double thickness : {0.2, 0.4, 0.65, 0.9}) {
+    const double block = -0.15;  // its wall, right before a plane of nodes
+    const auto below_top = [&](Vec3d r) { return std::max(r.x - block - thickness, r.z - 20); };
+    Layers layers{.frame = frame, .stack = {}};
+    layers.stack.push_back({0, LevelSet(
+                                   frame,
+                                   [&](Vec3d r) {
+                                     return std::min(r.z, std::max(block - r.x, below_top(r)));
+                                   },
+                                   -3, 23)});
+    layers.stack.push_back(
+        {1, LevelSet(
+                frame, [&](Vec3d r) { return std::min(r.z, below_top(r)); }, -3, 23)});
+    const std::vector<double> volumes = material_volumes(layers);
+    EXPECT_NEAR(volumes[0] / 2, 20 * thickness, 0.5) << thickness;
+    EXPECT_NEAR(volumes[1] / 2, 20 * (20 + block), 0.5) << thickness;
+  }
 }
 
 TEST(Creases, MouthAndBottomOfATrenchAreSharpAtAnyOffset) {
