@@ -17,7 +17,7 @@ namespace {
 // of its surface.
 constexpr double of_volume = 0.05;
 constexpr double of_surface = 0.05;
-constexpr double of_etched = 0.1;  // part of what goes
+constexpr double of_etched = 0.1;     // part of what goes
 constexpr double of_standing = 0.01;  // of a material that a step does not etch
 
 }  // namespace
@@ -85,13 +85,13 @@ std::vector<std::string> MaterialBalance::close(const State& state,
                       step.name, -gained, materials_[m].name, -gained / then, etched_[m]));
     } else if (etched_[m] == 0 && std::max(gained, -gained - islands_) > of_standing * then) {
       const double part = std::abs(gained) / then;
-      lines.push_back(
-          fmt::format("step \"{}\": {:.3g} nm^3 of {} {}, {:.2g} of it, though the step does not etch "
-                      "it: the grid does not hold sharp edges and what is thinner than a spacing; "
-                      "lower domain.spacing, to about {:.2g} nm",
-                      step.name, std::abs(gained), materials_[m].name,
-                      gained > 0 ? "were added" : "disappeared", part,
-                      state.layers.frame.spacing * of_standing / part));
+      lines.push_back(fmt::format(
+          "step \"{}\": {:.3g} nm^3 of {} {}, {:.2g} of it, though the step does not etch "
+          "it: the grid does not hold sharp edges and what is thinner than a spacing; "
+          "lower domain.spacing, to about {:.2g} nm",
+          step.name, std::abs(gained), materials_[m].name,
+          gained > 0 ? "were added" : "disappeared", part,
+          state.layers.frame.spacing * of_standing / part));
     }
   }
   return lines;

@@ -81,11 +81,12 @@ TEST(Watchdog, TellsOfSolidThatIsNotWhatSpeedsSay) {
 
 // A film of 300 nm in all between silicon and a mask, opened, and undercut by three quarters of a
 // spacing twice.
-std::string undercut_film(const std::string& thickness) {
+std::string undercut_film(const std::string& thickness, const std::string& spacing = "10 nm") {
   const std::string undercut =
       "[[step]]\nname = \"undercut\"\nmodel = \"isotropic\"\nduration = \"7.5 s\"\n"
       "etch_rate = { Si = \"1 nm/s\", default = \"0 nm/s\" }\n";
-  return "[domain]\nspacing = \"10 nm\"\nextent = [\"400 nm\"]\nmode = \"2d\"\n"
+  return "[domain]\nspacing = \"" + spacing +
+         "\"\nextent = [\"400 nm\"]\nmode = \"2d\"\n"
          "[[geometry]]\nshape = \"wafer\"\nmaterial = \"Si\"\n"
          "[[geometry]]\nshape = \"layer\"\nmaterial = \"SiO2\"\nthickness = \"" +
          thickness +
@@ -105,6 +106,16 @@ TEST(Watchdog, TellsOfAFilmThatGoesWithWhatHoldsIt) {
   EXPECT_THAT(messages, Not(ContainsRegex("\"open\": [^\n]* disappeared")));
   EXPECT_THAT(messages, Not(HasSubstr("of resist")));
   EXPECT_EQ(messages_of(undercut_film("40 nm"), [](Survey&) {}), "");
+}
+
+// Its lower edges lose a third of a cell each as they are laid bare.
+TEST(Watchdog, TellsOfAFilmThatAStepDoesNotEtchAndTheSpacingThatWouldDo) {
+  const std::string messages = messages_of(undercut_film("20 nm"), [](Survey&) {});
+  EXPECT_THAT(messages,
+              ContainsRegex("step \"undercut\": [0-9]* nm.3 of SiO2 disappeared, 0.01[0-9] "
+                            "of it, though the step does not etch it: .* lower "
+                            "domain.spacing, to about 8.[0-9] nm"));
+  EXPECT_EQ(messages_of(undercut_film("20 nm", "8 nm"), [](Survey&) {}), "");
 }
 
 TEST(Watchdog, CountsTimeStepsWhoseParticlesAreNotAllThere) {

@@ -167,12 +167,10 @@ TEST(SurfaceOfALayer, HasAPlateBesideABlockWhereItIs) {
     const double block = -0.15;  // its wall, right before a plane of nodes
     const auto below_top = [&](Vec3d r) { return std::max(r.x - block - thickness, r.z - 20); };
     Layers layers{.frame = frame, .stack = {}};
-    layers.stack.push_back({0, LevelSet(
-                                   frame,
-                                   [&](Vec3d r) {
-                                     return std::min(r.z, std::max(block - r.x, below_top(r)));
-                                   },
-                                   -3, 23)});
+    layers.stack.push_back(
+        {0, LevelSet(
+                frame, [&](Vec3d r) { return std::min(r.z, std::max(block - r.x, below_top(r))); },
+                -3, 23)});
     layers.stack.push_back(
         {1, LevelSet(
                 frame, [&](Vec3d r) { return std::min(r.z, below_top(r)); }, -3, 23)});
