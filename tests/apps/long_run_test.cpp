@@ -15,6 +15,7 @@
 #include "core/system/temporary_folder.h"
 #include "tests/apps/columns.h"
 #include "tests/apps/recipe_text.h"
+#include "tests/sanitizers.h"
 
 namespace scarp {
 namespace {
@@ -88,7 +89,7 @@ double surplus(const std::filesystem::path& folder) {
 
 /// That of the sanitizer goes on growing: it keeps what is freed.
 void expect_flat_memory([[maybe_unused]] const LongRun& result) {
-#ifndef __SANITIZE_ADDRESS__
+#ifndef SCARP_UNDER_ASAN
   EXPECT_LT(result.memory_late, 1.02 * result.memory_early);
 #endif
 }

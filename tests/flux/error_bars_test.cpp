@@ -15,6 +15,7 @@
 #include "flux/solve.h"
 #include "tests/flux/calibration.h"
 #include "tests/flux/shapes.h"
+#include "tests/sanitizers.h"
 
 namespace scarp {
 namespace {
@@ -248,7 +249,7 @@ TEST(SlowErrorBars, AreTrueInADeepTrenchInWhichParticlesHardlyStick) {
 }
 
 // What the sanitizers look at needs no statistics, and they make it ten times as slow.
-#ifdef __SANITIZE_ADDRESS__
+#ifdef SCARP_UNDER_ASAN
 constexpr bool has_statistics = false;
 #else
 constexpr bool has_statistics = true;

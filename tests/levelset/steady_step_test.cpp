@@ -18,6 +18,7 @@
 #include "levelset/surface/extract_surface.h"
 #include "surfaces.h"
 #include "tests/levelset/speeds.h"
+#include "tests/sanitizers.h"
 
 namespace {
 
@@ -30,7 +31,7 @@ void count(std::size_t size) {
 
 }  // namespace
 
-#ifdef __SANITIZE_ADDRESS__
+#ifdef SCARP_UNDER_ASAN
 
 // The sanitizer's own operators check what they are given, so they stay, and tell what they do.
 // g++ has the function but not its header.

@@ -285,13 +285,13 @@ inline TriMesh octahedral_sphere(double radius, int n, Vec3d centre = {}) {
     const int sy = octant & 2 ? -1 : 1;
     const int sz = octant & 4 ? -1 : 1;
     const auto corner = [&](int i, int j) { return vertex(sx * i, sy * j, sz * (n - i - j)); };
-    const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-      mesh.triangles.push_back(sx * sy * sz > 0 ? Triangle{a, b, c} : Triangle{a, c, b});
+    const auto add = [&](const Triangle& t) {  // braces number vertices in one order
+      mesh.triangles.push_back(sx * sy * sz > 0 ? t : Triangle{t[0], t[2], t[1]});
     };
     for (int i = 0; i < n; ++i) {
       for (int j = 0; i + j < n; ++j) {
-        add(corner(i, j), corner(i + 1, j), corner(i, j + 1));
-        if (i + j + 1 < n) add(corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1));
+        add({corner(i, j), corner(i + 1, j), corner(i, j + 1)});
+        if (i + j + 1 < n) add({corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)});
       }
     }
   }

@@ -10,6 +10,7 @@
 #include "apps/simulator/symmetry.h"
 #include "tests/apps/program.h"
 #include "tests/apps/recipe_text.h"
+#include "tests/sanitizers.h"
 
 namespace scarp {
 namespace {
@@ -29,7 +30,7 @@ std::ostream& operator<<(std::ostream& out, const LargeRun& run) { return out <<
 class MemoryOfRuns : public Program, public ::testing::WithParamInterface<LargeRun> {};
 
 TEST_P(MemoryOfRuns, IsEstimatedWithinAFactorOfTwo) {
-#ifdef __SANITIZE_ADDRESS__
+#ifdef SCARP_UNDER_ASAN
   GTEST_SKIP() << "the sanitizer holds several times as much memory";
 #endif
   const std::string recipe = std::string(SCARP_SOURCE_DIR) + "/configs/" + GetParam().arguments;

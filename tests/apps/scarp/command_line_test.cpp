@@ -13,6 +13,7 @@
 
 #include "core/system/folder_lock.h"
 #include "tests/apps/program.h"
+#include "tests/sanitizers.h"
 
 namespace scarp {
 namespace {
@@ -146,7 +147,7 @@ etch_rate = "1 nm/s"
 
 // From limits with which no library is loaded to those that are enough.
 TEST_F(CommandLine, AMachineThatGivesNoThreadsIsTold) {
-#ifdef __SANITIZE_ADDRESS__
+#ifdef SCARP_UNDER_ASAN
   GTEST_SKIP() << "the sanitizer takes more address space than any limit gives";
 #endif
   write("a.obj", pyramid);

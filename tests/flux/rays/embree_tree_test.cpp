@@ -17,6 +17,7 @@
 #include "core/parallel.h"
 #include "core/random.h"
 #include "tests/flux/random_facets.h"
+#include "tests/sanitizers.h"
 
 namespace scarp {
 namespace {
@@ -147,7 +148,7 @@ void limit_memory(std::size_t bytes) {
 }
 
 TEST(EmbreeTree, AnErrorOfEmbreeIsToldWithItsText) {
-#ifdef __SANITIZE_ADDRESS__
+#ifdef SCARP_UNDER_ASAN
   GTEST_SKIP() << "the sanitizer has no limit of memory";
 #endif
   RandomStream random({.seed = 7});

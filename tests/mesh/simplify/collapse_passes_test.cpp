@@ -216,13 +216,18 @@ TEST(CollapsePasses, PutEdgesOffThatMoveAnEndFarWhateverTheirArea) {
   EXPECT_LT(greatest_distance(landscape(), grid().sides(), 0.5, true),
             0.8 * greatest_distance(landscape(), grid().sides(), 0.5, false));
   // Without sides: noise.
-  TriMesh sphere = octahedral_sphere(10, 12);
-  RandomStream random({.seed = 4});
-  for (Vec3f& r : sphere.vertices) {
-    for (int axis = 0; axis < 3; ++axis) r[axis] += 0.3F * random.uniform();
+  double once = 0;
+  double twice = 0;
+  for (std::uint32_t seed = 0; seed < 8; ++seed) {
+    TriMesh sphere = octahedral_sphere(10, 12);
+    RandomStream random({.seed = seed});
+    for (Vec3f& r : sphere.vertices) {
+      for (int axis = 0; axis < 3; ++axis) r[axis] += 0.3F * random.uniform();
+    }
+    once += greatest_distance(sphere, {}, 0.83, false);
+    twice += greatest_distance(sphere, {}, 0.83, true);
   }
-  EXPECT_LT(greatest_distance(sphere, {}, 0.83, true),
-            0.85 * greatest_distance(sphere, {}, 0.83, false));
+  EXPECT_LT(twice, 0.85 * once);
 }
 
 TEST(CollapsePasses, LookOnceUnlessAskedTo) {
