@@ -118,6 +118,23 @@ TEST(Fluorocarbon, EtchantThatSticksIsUsedUp) {
   }
 }
 
+// Until coverages are known, and of the former always.
+TEST(Fluorocarbon, RadicalsStickToBareMaterialsAsTheRecipeSays) {
+  const FluorocarbonPoint point(
+      "etchant_sticking = { SiO2 = 0.7, Si = 0.4, polymer = 0.2, default = 0.1 }\n"
+      "polymer_sticking = { SiO2 = 0.3, Si = 0.5, polymer = 0.6, default = 0.1 }\n",
+      "SiO2");
+  const Materials materials;
+  const auto of = [&](std::size_t species, const char* material) {
+    return point.species()[species].sticking.at(materials.id(material));
+  };
+  EXPECT_FLOAT_EQ(of(0, "SiO2"), 0.7F);
+  EXPECT_FLOAT_EQ(of(0, "Si"), 0.4F);
+  EXPECT_FLOAT_EQ(of(1, "SiO2"), 0.3F);
+  EXPECT_FLOAT_EQ(of(1, "Si"), 0.5F);
+  EXPECT_FLOAT_EQ(of(1, "polymer"), 0.6F);
+}
+
 // (100 x 0.26 - 32.35 x 90 / 122.35) / 2, (5 x 0.26 - 23.80) / 2.
 TEST(Fluorocarbon, PolymerGrowsOrGoes) {
   const double removed = 56 * 0.0722 * 8 * 90 / (90 + 56 * 0.0722 * 8);
