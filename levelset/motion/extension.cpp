@@ -230,10 +230,10 @@ bool Extension::is_void(const NearNode& at) const {
       continue;
     }
     any_gas = true;
-    const auto [leaf, offset] = band_.place(other);
-    if (gas_.is_open(static_cast<std::size_t>(leaf), offset)) {
-      return false;
-    }
+    const NodePlace place = band_.place(other);
+    // Without a leaf there is nothing that could close gas off.
+    if (!place.is_there()) return false;
+    if (gas_.is_open(static_cast<std::size_t>(place.leaf), place.offset)) return false;
   }
   return any_gas;
 }
