@@ -111,9 +111,10 @@ TEST(Watchdog, TellsOfAFilmThatGoesWithWhatHoldsIt) {
 // A gap of one and a half spacings below it, whose edges are on nodes.
 TEST(Watchdog, TellsOfAFilmThatAStepDoesNotEtchAndTheSpacingThatWouldDo) {
   const std::string messages = messages_of(undercut_film("20 nm"), [](Survey&) {});
-  EXPECT_THAT(messages,
-              ContainsRegex("step \"undercut\": .* nm.3 of SiO2 disappeared, 0.03[0-9] of it, though "
-                            "the step does not etch it: .* domain.spacing, to about 2.9 nm"));
+  EXPECT_THAT(
+      messages,
+      ContainsRegex("step \"undercut\": .* nm.3 of SiO2 disappeared, 0.03[0-9] of it, though "
+                    "the step does not etch it: .* domain.spacing, to about 2.9 nm"));
   EXPECT_EQ(messages_of(undercut_film("20 nm", "2.5 nm"), [](Survey&) {}), "");
 }
 
