@@ -72,7 +72,7 @@ std::vector<std::string> MaterialBalance::close(const State& state,
   const ProcessStep& step = steps_[step_];
   // The lowest one has no lower side: how much of it there is depends on where z = 0 lies.
   const MaterialId lowest = state.layers.stack.front().material;
-  for (MaterialId m = 0; m < volumes.size(); ++m) {
+  for (std::size_t m = 0; m < volumes.size(); ++m) {
     if (m == lowest || m == step.deposits) continue;
     const double then = volumes_then_[m];
     const double gained = volumes[m] - then;
