@@ -318,7 +318,7 @@ TEST(Strip, OfAThinLinerReachesItAtItsEdge) {
         strip(layers, nitride, false, true);
         EXPECT_NEAR(volumes(layers)[nitride], 0, 0.25);
         EXPECT_NEAR(volumes(layers)[metal], expected[metal], 20);
-        EXPECT_NEAR(volumes(layers)[si], expected[si], 0.4);
+        EXPECT_NEAR(volumes(layers)[si], expected[si], 0.2);
       }
 }
 
