@@ -19,6 +19,7 @@ constexpr double of_volume = 0.05;
 constexpr double of_surface = 0.05;
 constexpr double of_etched = 0.1;     // part of what goes
 constexpr double of_standing = 0.01;  // of a material that a step does not etch
+constexpr double of_cell = 0.1;       // what of a material is not worth a word
 
 }  // namespace
 
@@ -72,6 +73,7 @@ std::vector<std::string> MaterialBalance::close(const State& state,
   const ProcessStep& step = steps_[step_];
   // The lowest one has no lower side: how much of it there is depends on where z = 0 lies.
   const MaterialId lowest = state.layers.stack.front().material;
+  const double least = of_cell * std::pow(state.layers.frame.spacing, 3);
   for (std::size_t m = 0; m < volumes.size(); ++m) {
     if (m == lowest || m == step.deposits) continue;
     const double then = volumes_then_[m];
@@ -83,7 +85,8 @@ std::vector<std::string> MaterialBalance::close(const State& state,
                       "{:.3g}: a film thinner than a spacing disappears with its support, or the "
                       "grid is too coarse for this step; lower domain.spacing",
                       step.name, -gained, materials_[m].name, -gained / then, etched_[m]));
-    } else if (etched_[m] == 0 && std::max(gained, -gained - islands_) > of_standing * then) {
+    } else if (etched_[m] == 0 &&
+               std::max(gained, -gained - islands_) > std::max(of_standing * then, least)) {
       const double part = std::abs(gained) / then;
       lines.push_back(fmt::format(
           "step \"{}\": {:.3g} nm^3 of {} {}, {:.2g} of it, though the step does not etch "

@@ -230,10 +230,7 @@ bool Extension::is_void(const NearNode& at) const {
       continue;
     }
     any_gas = true;
-    const NodePlace place = band_.place(other);
-    // Without a leaf there is nothing that could close gas off.
-    if (!place.is_there()) return false;
-    if (gas_.is_open(static_cast<std::size_t>(place.leaf), place.offset)) return false;
+    if (is_open_gas(band_, gas_, other)) return false;
   }
   return any_gas;
 }

@@ -7,26 +7,6 @@
 
 namespace scarp {
 
-bool is_open_gas(const Band& band, const OpenGas& gas, const Node& node) {
-  const int i = band.fold(0, node[0]);
-  const int j = band.fold(1, node[1]);
-  const int leaf = band.find(i >> 3, j >> 3, node[2] >> 3);
-  if (leaf >= 0) {
-    return gas.is_open(static_cast<std::size_t>(leaf), leaf_offset(i, j, node[2]));
-  }
-  if (leaf == Band::missing_solid) {
-    return false;
-  }
-  // A missing leaf belongs to the gas at the foot of the next leaf above it, or to the source.
-  const auto [begin, end] = band.column(i >> 3, j >> 3);
-  for (std::size_t n = begin; n < end; ++n) {
-    if (band.leaves()[n].origin[2] > node[2]) {
-      return gas.is_open(n, leaf_offset(i, j, 0));
-    }
-  }
-  return true;
-}
-
 bool holds_void(const Band& band, const OpenGas& gas, const Node& node) {
   const auto is_closed_gas = [&](const Node& at) {
     return !(band.node(at[0], at[1], at[2]) < 0) && !is_open_gas(band, gas, at);

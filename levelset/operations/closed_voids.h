@@ -5,9 +5,6 @@
 
 namespace scarp {
 
-/// Whether a node lies in gas that is joined to the source.
-bool is_open_gas(const Band& band, const OpenGas& gas, const Node& node);
-
 /// Nodes of closed voids, and of solid next to them: they hold the surface of the void.
 bool holds_void(const Band& band, const OpenGas& gas, const Node& node);
 

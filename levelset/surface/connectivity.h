@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/tri_mesh.h"
+#include "levelset/grid/band.h"
 #include "levelset/grid/layers.h"
 
 namespace scarp {
@@ -43,6 +44,9 @@ struct OpenGas {
     return ((open[leaf * 8 + static_cast<std::size_t>(node >> 6)] >> (node & 63)) & 1) != 0;
   }
 };
+
+/// Whether a node lies in gas that is joined to the source.
+bool is_open_gas(const Band& band, const OpenGas& gas, const Node& node);
 
 /// The gas nodes of closed voids, as OpenGas::open; nothing if there are none.
 std::vector<std::uint64_t> closed_nodes(const Layers& layers, const OpenGas& gas);

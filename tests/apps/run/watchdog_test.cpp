@@ -105,6 +105,8 @@ TEST(Watchdog, TellsOfAFilmThatGoesWithWhatHoldsIt) {
                     HasSubstr("where rates allow 0: "), HasSubstr("domain.spacing")));
   EXPECT_THAT(messages, Not(ContainsRegex("\"open\": [^\n]* disappeared")));
   EXPECT_THAT(messages, Not(HasSubstr("of resist")));
+  EXPECT_THAT(messages_of(undercut_film("20 nm"), [](Survey&) {}),
+              Not(HasSubstr("where rates allow")));
   EXPECT_EQ(messages_of(undercut_film("40 nm"), [](Survey&) {}), "");
 }
 
