@@ -236,28 +236,35 @@ std::optional<std::array<float, 2>> tangents_meet(const FaceCut& a, const FaceCu
   return corner;
 }
 
-/// band_of(node, axis): whose phi tells of a cut.
-template <class BandOf>
-std::optional<std::array<float, 2>> corner_of(const Band& band, std::array<int, 3> node, int normal,
-                                              const BandOf& band_of) {
-  const std::array<int, 2> axes{(normal + 1) % 3, (normal + 2) % 3};
+/// The corners of a grid face, and phi there.
+struct Face {
+  std::array<int, 2> axes;
   std::array<std::array<int, 3>, 4> corners;
   std::array<float, 4> phi;
-  for (int n = 0; n < 4; ++n) {
-    corners[n] = node;
-    corners[n][axes[0]] += n & 1;
-    corners[n][axes[1]] += n >> 1;
-    phi[n] = band.node(corners[n][0], corners[n][1], corners[n][2]);
+
+  Face(const Band& band, std::array<int, 3> node, int normal)
+      : axes{(normal + 1) % 3, (normal + 2) % 3} {
+    for (int n = 0; n < 4; ++n) {
+      corners[n] = node;
+      corners[n][axes[0]] += n & 1;
+      corners[n][axes[1]] += n >> 1;
+      phi[n] = band.node(corners[n][0], corners[n][1], corners[n][2]);
+    }
   }
-  if (std::abs((phi[0] - phi[1]) - (phi[2] - phi[3])) < least_twist) {
-    return std::nullopt;
-  }
+
+  float twist() const { return std::abs((phi[0] - phi[1]) - (phi[2] - phi[3])); }
+};
+
+/// band_of(node, axis): whose phi tells of a cut.
+template <class BandOf>
+std::optional<std::array<float, 2>> corner_of(const Face& face, const BandOf& band_of) {
   std::array<FaceCut, 4> cuts;
   int count = 0;
   const auto look = [&](int from, int to, int along) {
-    if ((phi[from] < 0) == (phi[to] < 0)) return;
-    const int axis = axes[along];
-    cuts[count++] = face_cut(band_of(corners[from], axis), corners[from], axis, node, axes);
+    if ((face.phi[from] < 0) == (face.phi[to] < 0)) return;
+    const std::array<int, 3>& node = face.corners[from];
+    const int axis = face.axes[along];
+    cuts[count++] = face_cut(band_of(node, axis), node, axis, face.corners[0], face.axes);
   };
   look(0, 1, 0);
   look(2, 3, 0);
@@ -270,12 +277,14 @@ std::optional<std::array<float, 2>> corner_of(const Band& band, std::array<int, 
 
 std::optional<std::array<float, 2>> face_corner(const Band& band, std::array<int, 3> node,
                                                 int normal) {
-  return corner_of(band, node, normal, [&](Node, int) -> const Band& { return band; });
+  const Face face(band, node, normal);
+  if (face.twist() < least_twist) return std::nullopt;
+  return corner_of(face, [&](std::array<int, 3>, int) -> const Band& { return band; });
 }
 
 std::optional<std::array<float, 2>> face_corner(const Band& band, std::array<int, 3> node,
                                                 int normal, const BandOfEdge& band_of_edge) {
-  return corner_of(band, node, normal, band_of_edge);
+  return corner_of(Face(band, node, normal), band_of_edge);
 }
 
 Vec3d meeting_point(std::span<const Tangent> planes, Vec3d start) {

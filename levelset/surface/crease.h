@@ -57,7 +57,8 @@ std::optional<std::array<float, 2>> face_corner(const Band& band, std::array<int
 /// Whose phi tells of the cut of the edge from a node along an axis.
 using BandOfEdge = std::function<const Band&(std::array<int, 3> node, int axis)>;
 
-/// The same where phi of other bands may tell where the edges are cut.
+/// The same where phi of several bands tells of the cuts: also where the twist is small, which is
+/// that of none of them.
 std::optional<std::array<float, 2>> face_corner(const Band& band, std::array<int, 3> node,
                                                 int normal, const BandOfEdge& band_of_edge);
 

@@ -34,6 +34,21 @@ SCARP_VECTOR_KERNEL void find_solid_nodes(const float* phi, LeafMask& solid) {
 
 float phi_at(const Band& band, Node node) { return band.node(node[0], node[1], node[2]); }
 
+/// Calls visit(node, axis) for each edge of a grid face that the surface cuts.
+template <class Visit>
+void for_each_cut_side(const Band& band, Node node, int normal, const Visit& visit) {
+  const std::array<int, 2> axes{(normal + 1) % 3, (normal + 2) % 3};
+  for (int n = 0; n < 2; ++n) {
+    for (int side = 0; side < 2; ++side) {
+      Node from = node;
+      from[axes[1 - n]] += side;
+      Node to = from;
+      ++to[axes[n]];
+      if ((phi_at(band, from) < 0) != (phi_at(band, to) < 0)) visit(from, axes[n]);
+    }
+  }
+}
+
 /// Leaves those of the faces normal to an axis whose mixed second difference of phi is large.
 SCARP_VECTOR_KERNEL void keep_twisted(const Block& block, int normal, LeafMask& faces) {
   const std::ptrdiff_t b = axis_strides[(normal + 1) % 3];
@@ -185,7 +200,7 @@ void SurfaceVertices::find_creases(const Leaf& leaf, LeafVertices& vertices,
   scratch.faces.clear();
   for (int normal = 0; normal < 3; ++normal) {
     LeafMask& faces = vertices.at[3 + normal];
-    keep_twisted(scratch.block, normal, faces);
+    if (above_ == nullptr) keep_twisted(scratch.block, normal, faces);
     for (int i = 0; i < leaf_edge; ++i) {
       for_each_bit(faces[i], [&](int bit) {
         const Node node = node_at(leaf, 64 * i + bit);
@@ -231,6 +246,14 @@ bool SurfaceVertices::is_next_to_cover(Node node) const {
 std::optional<std::array<float, 2>> SurfaceVertices::corner_of_face(Node node, int normal) const {
   if (is_beside_sheets(node, normal)) return std::nullopt;
   if (above_ == nullptr) return face_corner(band_, node, normal);
+  const Band* of_face = nullptr;
+  bool is_one = true;
+  for_each_cut_side(band_, node, normal, [&](Node from, int axis) {
+    const Band* of_edge = &band_of_edge(from, axis);
+    is_one = is_one && (of_face == nullptr || of_face == of_edge);
+    of_face = of_edge;
+  });
+  if (is_one) return face_corner(*of_face, node, normal);
   return face_corner(band_, node, normal,
                      [&](Node from, int axis) -> const Band& { return band_of_edge(from, axis); });
 }
@@ -329,19 +352,10 @@ void SurfaceVertices::append_seen(const Leaf& leaf, const LeafVertices& vertices
 
 /// The lower of what is seen at the two cuts of a face.
 std::uint16_t SurfaceVertices::seen_on_face(Node node, int normal) const {
-  const std::array<int, 2> axes{(normal + 1) % 3, (normal + 2) % 3};
   std::uint16_t exposed = std::numeric_limits<std::uint16_t>::max();
-  for (int n = 0; n < 2; ++n) {
-    for (int side = 0; side < 2; ++side) {
-      Node at = node;
-      at[axes[1 - n]] += side;
-      Node next = at;
-      ++next[axes[n]];
-      if ((band_.node(at[0], at[1], at[2]) < 0) != (band_.node(next[0], next[1], next[2]) < 0)) {
-        exposed = std::min(exposed, exposed_layer(*layers_, at, axes[n]));
-      }
-    }
-  }
+  for_each_cut_side(band_, node, normal, [&](Node from, int axis) {
+    exposed = std::min(exposed, exposed_layer(*layers_, from, axis));
+  });
   return exposed;
 }
 

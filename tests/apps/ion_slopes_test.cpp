@@ -252,12 +252,14 @@ TEST(FootOfAWall, IsSharpUnderABeam) {
   }
 }
 
+// By first order a slope of 0.16 squares of the spacing stays at either foot, as the silicon is
+// etched by a fifth of a spacing only.
 TEST(FootOfAWall, IsSharpWhereTheWallLiesOnNodes) {
   for (const std::string scheme : {"first_order", "eno2", "weno5"}) {
     const Taken taken = taken_by_beam(scheme, 0);
-    const double allowed = scheme == "first_order" ? 0.1 : 0.01;
+    const double slopes = scheme == "first_order" ? 0.32 : 0;
     EXPECT_NEAR(taken.oxide_left, 0, 0.5) << scheme;
-    EXPECT_NEAR(taken.silicon, 20 * 0.2, allowed * 20 * 0.2) << scheme;
+    EXPECT_NEAR(taken.silicon + slopes, 20 * 0.2, 0.01 * 20 * 0.2) << scheme;
     EXPECT_NEAR(taken.lowest, -0.2, 0.002) << scheme;
   }
 }
