@@ -107,7 +107,6 @@ struct Frame {
   Frame revolved() const {
     Frame frame = *this;
     frame.cells[1] = cells[0];
-    frame.boundary[1] = boundary[0];
     frame.two_dimensional = false;
     frame.axisymmetric = false;
     return frame;

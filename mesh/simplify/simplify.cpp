@@ -255,7 +255,6 @@ void run_paper(const SimplifyOptions& options, const std::vector<bool>& is_featu
                   {*options.l0, *options.step_length, options.l_max});
   EdgeSizes sizes;
   sizes.only_old = true;
-  sizes.limit = regions.sizes();
   CollapsePasses passes(work, checks, sizes, plain_order(options));
   const auto run_ring = [&] {
     sizes.limit = regions.sizes();

@@ -229,6 +229,12 @@ TEST = re.compile(r"^(?:TYPED_)?TEST(?:_[FP])?\((\w+),", re.MULTILINE)
 NO_TEST = "^$"
 
 
+def failed_test(output):
+    """Of what ctest prints; it lists tests that were skipped before those that fail."""
+    failed = re.search(r"^\s+\d+ - (.+) \((?!Skipped|Disabled|Not Run)", output, re.MULTILINE)
+    return failed[1] if failed else "ctest fails"
+
+
 class Project:
     """A copy of the committed tree in a folder of its own, with its build, both kept from call to call."""
 
@@ -318,8 +324,7 @@ class Project:
                 os.killpg(process.pid, signal.SIGKILL)
                 raise
             if process.returncode != 0:
-                failed = re.search(r"^\s+\d+ - (.+) \(", output, re.MULTILINE)
-                return failed[1] if failed else "ctest fails"
+                return failed_test(output)
         return None
 
     def usual(self, module):

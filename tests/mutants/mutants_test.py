@@ -154,6 +154,14 @@ class Verdicts(unittest.TestCase):
         self.assertIn("core/a.cpp:1: kind\n- int x = 2;\n+ int x = 3;", mutants.table(rows))
 
 
+class FailedTest(unittest.TestCase):
+    def test_is_none_that_was_skipped(self):
+        listed = "The following tests {}:\n\t"
+        output = listed.format("did not run") + "12 - A.NeedsAViewer (Skipped)\n\n" + listed.format("FAILED")
+        self.assertEqual(mutants.failed_test(output + "7 - B.Holds/0 (Failed)\n"), "B.Holds/0")
+        self.assertEqual(mutants.failed_test("B.Holds"), "ctest fails")
+
+
 class Nearest(unittest.TestCase):
     def test_tests_are_those_of_the_same_room(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -15,6 +16,7 @@ namespace scarp {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::MatchesRegex;
 using ::testing::Not;
 
 namespace fs = std::filesystem;
@@ -74,6 +76,31 @@ TEST(Picture, EarlierSurfacesAreNestedContoursFromBlueToRed) {
   EXPECT_THAT(svg, HasSubstr(">t = 15 s</text>"));
   // The window holds all of them: one pixel is 1000 / 672 nm, with 60 nm of room at both ends.
   EXPECT_THAT(svg, HasSubstr("M24.00 64.32L696.00 64.32\" fill=\"none\""));
+}
+
+// A pixel is 1000 / 672 nm: of the bend a fifth of a pixel is seen, of the ripple nothing.
+TEST(Picture, LinesKeepThePointsThatAreSeen) {
+  const Materials m;
+  // The line alone, without what closes it along the sides and the bottom.
+  const auto drawn = [&](const Polyline& line) {
+    const std::string svg = picture({{m.id("Si"), {line}}}, m);
+    const std::size_t begin = svg.find("<path d=\"") + 9;
+    const std::string path = svg.substr(begin, svg.find('"', begin) - begin);
+    return path.substr(0, path.rfind('L', path.rfind('L') - 1));
+  };
+  Polyline trench;
+  for (double x = -500; x < -84; ++x) trench.points.push_back({x, 0.05 * std::fmod(x, 2)});
+  for (double z = 0; z > -168; --z) trench.points.push_back({-84, z});
+  for (double x = -84; x < 84; ++x) trench.points.push_back({x, -168});
+  for (double z = -168; z < 0; ++z) trench.points.push_back({84, z});
+  for (double x = 84; x <= 500; ++x) trench.points.push_back({x, 0});
+  EXPECT_THAT(
+      drawn(trench),
+      MatchesRegex("M24.00 [0-9.]+(L303.55 [0-9.]+){2}(L416.45 [0-9.]+){2}L696.00 [0-9.]+"));
+  EXPECT_THAT(drawn({{{-500, 0}, {0, 0.3}, {500, 0}}}),
+              MatchesRegex("M24.00 [0-9.]+L360.00 [0-9.]+L696.00 [0-9.]+"));
+  EXPECT_THAT(drawn({{{-500, 0}, {0, 0.1}, {500, 0}}}),
+              MatchesRegex("M24.00 [0-9.]+L696.00 [0-9.]+"));
 }
 
 TEST(Picture, ManyEarlierSurfacesAreThinnedOutEvenly) {

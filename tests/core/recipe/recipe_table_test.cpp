@@ -507,6 +507,19 @@ bare = [["0 um", 7], ["1 um", "0 nm"], ["1 um", "2 um"]]
   }
 }
 
+TEST(RecipeTable, CornersOfARectangleAreTheLowerLeftAndTheUpperRightOne) {
+  const RecipeFile file({R"(right = [["-1 um", "0 nm"], ["1 um", "2 um"]])", "r.toml"});
+  EXPECT_EQ(file.root().corners("right"),
+            (std::array<std::array<double, 2>, 2>{{{-1000, 0}, {1000, 2000}}}));
+  for (const char* wrong :
+       {R"([["1 um", "0 nm"], ["1 um", "2 um"]])", R"([["0 um", "2 um"], ["1 um", "2 um"]])"}) {
+    EXPECT_THAT(
+        errors(std::string("c = ") + wrong, [](const RecipeTable& root) { root.corners("c"); }),
+        testing::HasSubstr("c: the first corner has to lie below and left"))
+        << wrong;
+  }
+}
+
 const std::array yields{Column{"energy", Dimension::energy, {.minimum = 0}},
                         Column{"angle", Dimension::angle},
                         Column{"yield", Dimension::number, {.minimum = 0}}};
