@@ -181,6 +181,13 @@ TEST_F(MeasureCommand, PrintsATableWithoutWhatIsNotThere) {
   EXPECT_THAT(measured.out, Not(HasSubstr("arde_lag")));
 }
 
+TEST_F(MeasureCommand, ListsNoFilmsWhereTheMaskIsGone) {
+  ASSERT_EQ(run_etch("bare", "--set step[0].directional_etch_rate.resist='\"8 nm/s\"'").exit_code,
+            0);
+  const nlohmann::json found = json_of(scarp("measure " + path("bare") + " --json"));
+  EXPECT_EQ(found["openings"][0]["films"], nlohmann::json::array());
+}
+
 TEST_F(MeasureCommand, RefusesWhatItCannotMeasure) {
   for (const auto& [arguments, message] :
        std::vector<std::pair<std::string, std::string>>{{path("nowhere"), "nowhere"},
