@@ -105,6 +105,7 @@ TEST(Picture, LinesKeepThePointsThatAreSeen) {
 
 TEST(Picture, ManyEarlierSurfacesAreThinnedOutEvenly) {
   std::vector<EarlierSurface> surfaces;
+  surfaces.reserve(100);
   for (int n = 0; n < 100; ++n) surfaces.push_back({.time = 1.0 * n, .lines = {}});
   const std::vector<EarlierSurface> some = some_of(surfaces);
   ASSERT_EQ(some.size(), 40U);
