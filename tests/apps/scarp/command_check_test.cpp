@@ -6,6 +6,7 @@
 #include <string>
 
 #include "tests/apps/program.h"
+#include "tests/apps/recipe_text.h"
 
 namespace scarp {
 namespace {
@@ -15,15 +16,7 @@ using ::testing::HasSubstr;
 using CheckCommand = Program;
 
 TEST_F(CheckCommand, GivesRatesOnAnOpenWaferAndSelectivities) {
-  write("etch.toml", R"(
-[domain]
-spacing = "10 nm"
-extent = ["200 nm"]
-mode = "2d"
-[[geometry]]
-shape = "wafer"
-material = "Si"
-[[geometry]]
+  write("etch.toml", silicon_wafer + R"([[geometry]]
 shape = "mask"
 material = "resist"
 thickness = "100 nm"
